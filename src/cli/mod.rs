@@ -53,6 +53,8 @@ mod text;
 mod topics;
 mod trials;
 mod vqa;
+#[cfg(feature = "page")]
+mod watch;
 
 use std::io::IsTerminal as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -74,6 +76,10 @@ struct Cli {
     /// Evaluate one line, such as `pour(jar, cup)`, and exit.
     #[arg(short = 'c', value_name = "LINE")]
     line: Option<String>,
+    /// Show the run of the line on a page of this machine while it goes on.
+    #[cfg(feature = "page")]
+    #[arg(long, requires = "line")]
+    live: bool,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -261,7 +267,10 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Paper(command)), _) => paper::paper(command, shared, style),
         (Some(Command::Vqa(command)), _) => vqa::vqa(command, shared, style),
         (Some(Command::Lab(command)), _) => lab::lab(command, shared, style),
-        (None, Some(line)) => run::line(line, shared, style),
+        #[cfg(feature = "page")]
+        (None, Some(line)) => run::line(line, cli.live, shared, style),
+        #[cfg(not(feature = "page"))]
+        (None, Some(line)) => run::line(line, false, shared, style),
         (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")
             .help("give a command, or a line with `-c`")),
         (None, None) => run::prompt(shared, style),

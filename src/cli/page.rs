@@ -11,9 +11,9 @@ use crate::language::ast::Step;
 use crate::language::{self, Library, Source};
 use crate::page::{self, Live, Page, Place};
 use crate::report::{self, Failure, Style, kept, run::Console};
-use crate::trace::{Event, Observer};
+use crate::trace::Observer;
 use crate::workcell::record::Recorder;
-use crate::workcell::{self, Run, WorkCell, archive};
+use crate::workcell::{self, Fan, Run, WorkCell, archive};
 
 use super::cell::{open, stdlib};
 use super::clock::stamp;
@@ -83,7 +83,7 @@ fn live(what: &str, at: Where, cli: &Shared, style: Style) -> Result<Exit, Failu
     let run = perform(&mut cell, &steps, &source, &live, cli, style);
     let exit = match &run {
         Ok(run) => {
-            live.ended(&report::run::ending(run, plain()));
+            live.ended(&report::run::ending(run, Style::plain()));
             style.say(report::run::ending(run, style));
             if style.json {
                 style.document(run);
@@ -156,27 +156,14 @@ fn perform(
         made.map_err(|(path, error)| Failure::no_run_folder(&path, &error, "--record"))?;
     cell.led_by(Box::new(page::Lead::new(live.clone())));
     // What a step came to is told on the page, once its questions are answered.
-    let watchers = Both(Console::new(style).without_steps(), page::Watch(live.clone()));
+    let console: Box<dyn Observer + Send> = Box::new(Console::new(style).without_steps());
+    let watchers = Fan(vec![console, Box::new(page::Watch(live.clone()))]);
     let run = cell.run(call, Some(recorder), Box::new(watchers));
     run.map_err(|error| report::cell_failure(&error, style))
-}
-
-/// The terminal and the page.
-struct Both(Console, page::Watch);
-
-impl Observer for Both {
-    fn event(&mut self, event: &Event) {
-        self.0.event(event);
-        self.1.event(event);
-    }
 }
 
 fn wait(end: &Cancel) {
     while !end.is_cancelled() {
         thread::sleep(Duration::from_millis(LOOK));
     }
-}
-
-fn plain() -> Style {
-    Style { json: false, quiet: false, verbose: false, colour: false, bars: false }
 }

@@ -1,24 +1,20 @@
 //! `trueup report RUN`: a run folder as one HTML page that needs nothing else.
 
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use clap::Args;
-use image::codecs::jpeg::JpegEncoder;
 
 use crate::alignment::decode;
 use crate::files::{self, write};
 use crate::report::run_page::{Material, page};
 use crate::report::{self, Failure, Style, kept};
-use crate::workcell::archive;
+use crate::trace::jpeg;
+use crate::workcell::{Run, archive, picture};
 
 use super::shared::Shared;
 use crate::report::exit::Exit;
-
-/// How finely pictures are kept, of 100: a page of a dozen steps stays in a mail.
-const QUALITY: u8 = 80;
 
 /// Write a run folder as one HTML page.
 #[derive(Debug, Args)]
@@ -34,11 +30,7 @@ pub(super) struct ReportArgs {
 pub(super) fn report(args: &ReportArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
-    let graph = files::read::text(&dir.join("graph.svg")).ok();
-    let frames = dir.join("frames");
-    let picture = |name: &str| address(&frames.join(format!("{name}.png")));
-    let material = Material { graph: graph.as_deref(), picture: Some(&picture) };
-    write::replace(&args.output, page(&run, &material))
+    write::replace(&args.output, whole(&dir, &run))
         .map_err(|error| Failure::unwritten(&args.output, &error))?;
     if style.json {
         style.document(&serde_json::json!({"page": args.output.display().to_string()}));
@@ -48,10 +40,18 @@ pub(super) fn report(args: &ReportArgs, cli: &Shared, style: Style) -> Result<Ex
     Ok(Exit::Yes)
 }
 
+/// Returns the page of the run in a folder.
+pub(super) fn whole(dir: &Path, run: &Run) -> String {
+    let graph = files::read::text(&dir.join("graph.svg")).ok();
+    let picture = |name: &str| address(&picture::file(dir, name));
+    page(run, &Material { graph: graph.as_deref(), picture: Some(&picture) })
+}
+
 /// Returns a picture as an address that holds all of it; `None` when there is none to read.
 fn address(path: &Path) -> Option<String> {
-    let picture = decode::read(path).ok()?;
-    let mut jpeg = Cursor::new(Vec::new());
-    picture.write_with_encoder(JpegEncoder::new_with_quality(&mut jpeg, QUALITY)).ok()?;
-    Some(format!("data:image/jpeg;base64,{}", STANDARD.encode(jpeg.get_ref())))
+    let file = files::read::bytes(path, files::read::DATA).ok()?;
+    // Runs of earlier versions have PNG files, thirty times as large.
+    let file =
+        if file.starts_with(b"\x89PNG") { jpeg(&decode::decoded(&file).ok()?) } else { file };
+    Some(format!("data:image/jpeg;base64,{}", STANDARD.encode(file)))
 }

@@ -8,8 +8,9 @@ use crate::language::ast::{Item, Step};
 use crate::language::{self, Library, Source};
 use crate::repl::{Hands, Propose};
 use crate::report::{self, Failure, Style, run::Console};
+use crate::trace::Observer;
 use crate::workcell::record::Recorder;
-use crate::workcell::{Run, WorkCell};
+use crate::workcell::{Fan, Run, WorkCell};
 
 use super::cell::{home, model, open};
 use super::clock::stamp;
@@ -28,18 +29,49 @@ pub(super) struct RunArgs {
     /// Pause before each step, and take words from the terminal or a pipe.
     #[arg(long)]
     step: bool,
+    /// Show the runs on a page of this machine while they go on.
+    #[cfg(feature = "page")]
+    #[arg(long)]
+    live: bool,
+}
+
+/// The page that runs are shown on; there is none without the feature.
+#[cfg(feature = "page")]
+type Window = super::watch::Window;
+#[cfg(not(feature = "page"))]
+type Window = std::convert::Infallible;
+
+/// Opens the page of `--live`, if it is wanted.
+#[cfg(feature = "page")]
+fn window(
+    is_live: bool,
+    cell: &mut WorkCell,
+    cli: &Shared,
+    style: Style,
+) -> Result<Option<Window>, Failure> {
+    is_live.then(|| Window::open(cell, cli, style)).transpose()
+}
+
+#[cfg(not(feature = "page"))]
+fn window(_: bool, _: &mut WorkCell, _: &Shared, _: Style) -> Result<Option<Window>, Failure> {
+    Ok(None)
 }
 
 /// `trueup run FILE.task`.
 pub(super) fn script(args: &RunArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let lead = args.step.then(|| Lead::stepping(cli, style)).transpose()?;
-    script_led(&args.file, lead.as_ref(), cli, style)
+    #[cfg(feature = "page")]
+    let is_live = args.live;
+    #[cfg(not(feature = "page"))]
+    let is_live = false;
+    script_led(&args.file, lead.as_ref(), is_live, cli, style)
 }
 
 /// Runs a script, each call led if somebody leads.
 pub(super) fn script_led(
     file: &Path,
     lead: Option<&Lead>,
+    is_live: bool,
     cli: &Shared,
     style: Style,
 ) -> Result<Exit, Failure> {
@@ -63,6 +95,7 @@ pub(super) fn script_led(
     }
     let mut cell = open(cli, Some(source.clone()), style)?;
     stop_on_interrupt(&cell)?;
+    let window = window(is_live, &mut cell, cli, style)?;
     let mut exit = Exit::Yes;
     let mut runs = Vec::new();
     // Calls are a run each; steps that share names or conditions are one.
@@ -73,7 +106,7 @@ pub(super) fn script_led(
         if let Some(lead) = lead {
             lead.take(&mut cell);
         }
-        let run = one(&mut cell, steps, &source, &cli.cell.record, style)?;
+        let run = one(&mut cell, steps, &source, (&cli.cell.record, window.as_ref()), style)?;
         exit = ended(&run);
         runs.push(run);
         if exit != Exit::Yes {
@@ -94,8 +127,8 @@ pub(super) fn script_led(
 }
 
 /// `trueup -c LINE`.
-pub(super) fn line(line: &str, cli: &Shared, style: Style) -> Result<Exit, Failure> {
-    line_led(line, None, cli, style)
+pub(super) fn line(line: &str, is_live: bool, cli: &Shared, style: Style) -> Result<Exit, Failure> {
+    line_led(line, None, is_live, cli, style)
 }
 
 /// Whether a line that is no step means something at the prompt: a command, a name asked about, a sum, words.
@@ -119,6 +152,7 @@ fn is_question(name: &str, cell: &WorkCell) -> bool {
 pub(super) fn line_led(
     line: &str,
     lead: Option<&Lead>,
+    is_live: bool,
     cli: &Shared,
     style: Style,
 ) -> Result<Exit, Failure> {
@@ -132,10 +166,10 @@ pub(super) fn line_led(
     let mut cell = open(cli, None, style)?;
     let step = match step {
         Some(Step::Act(act)) if !is_led && is_question(&act.call.name.text, &cell) => {
-            return at_prompt(line, cell, cli, style);
+            return at_prompt(line, is_live, cell, cli, style);
         }
         Some(step) => step,
-        None => return at_prompt(line, cell, cli, style),
+        None => return at_prompt(line, is_live, cell, cli, style),
     };
     let diagnostics = cell.check_line(&step, &source);
     if diagnostics.iter().any(language::Diagnostic::is_error) {
@@ -145,7 +179,8 @@ pub(super) fn line_led(
     if let Some(lead) = lead {
         lead.take(&mut cell);
     }
-    let run = one(&mut cell, &[step], &source, &cli.cell.record, style)?;
+    let window = window(is_live, &mut cell, cli, style)?;
+    let run = one(&mut cell, &[step], &source, (&cli.cell.record, window.as_ref()), style)?;
     match lead {
         Some(_) if style.json => report::teach::ended(&run, style),
         _ if style.json => style.document(&run),
@@ -161,13 +196,20 @@ pub(super) fn prompt(cli: &Shared, style: Style) -> Result<Exit, Failure> {
     signals::at_prompt();
     // At an open prompt `--yes` starts a real arm; before each call it is asked for all the same.
     let is_sure = cli.cell.yes && matches!(cell.robot_name(), "lab" | "twin");
-    let exit = with_hands(cli, is_sure, style, |hands| crate::repl::run(cell, style, hands))?;
+    let exit = with_hands(cli, is_sure, None, style, |hands| crate::repl::run(cell, style, hands))?;
     Ok(if signals::LEAVE.is_asked() { Exit::Stopped } else { Exit::of(exit) })
 }
 
 /// Has the prompt take one line: a question, a sentence, what begins with a colon.
-fn at_prompt(line: &str, cell: WorkCell, cli: &Shared, style: Style) -> Result<Exit, Failure> {
-    let exit = with_hands(cli, cli.cell.yes, style, |hands| {
+fn at_prompt(
+    line: &str,
+    is_live: bool,
+    mut cell: WorkCell,
+    cli: &Shared,
+    style: Style,
+) -> Result<Exit, Failure> {
+    let window = window(is_live, &mut cell, cli, style)?;
+    let exit = with_hands(cli, cli.cell.yes, window.as_ref(), style, |hands| {
         crate::repl::run_on(cell, style, hands, &mut format!("{line}\n").as_bytes())
     })?;
     Ok(Exit::of(exit))
@@ -177,6 +219,7 @@ fn at_prompt(line: &str, cell: WorkCell, cli: &Shared, style: Style) -> Result<E
 fn with_hands(
     cli: &Shared,
     is_sure: bool,
+    window: Option<&Window>,
     style: Style,
     work: impl FnOnce(Hands<'_>) -> Result<u8, Failure>,
 ) -> Result<u8, Failure> {
@@ -191,7 +234,7 @@ fn with_hands(
     work(Hands {
         perform: &|cell, step| {
             let source = Source::new("prompt", language::text::step(step));
-            one(cell, std::slice::from_ref(step), &source, &cli.cell.record, style)
+            one(cell, std::slice::from_ref(step), &source, (&cli.cell.record, window), style)
         },
         propose: propose.as_ref().map(|propose| propose as &Propose),
         gap: &|runs| gap::over(runs, cli, style),
@@ -211,12 +254,13 @@ fn with_hands(
     })
 }
 
-/// Carries out steps of a script or one line, recorded in a folder of their own under `root`.
+/// Carries out steps of a script or one line, recorded in a folder of their own under `root`, and shows them where
+/// there is a window.
 fn one(
     cell: &mut WorkCell,
     steps: &[Step],
     source: &Source,
-    root: &Path,
+    (root, window): (&Path, Option<&Window>),
     style: Style,
 ) -> Result<Run, Failure> {
     let call = &cell.define(source, steps);
@@ -225,8 +269,18 @@ fn one(
         .map_err(|(path, error)| Failure::no_run_folder(&path, &error, "--record"))?;
     let console = Console::new(style);
     let console = if cell.is_told() { console.without_steps() } else { console };
-    let run = cell.run(call, Some(recorder), Box::new(console));
-    let run = run.map_err(|error| report::cell_failure(&error, style))?;
+    let mut watchers: Vec<Box<dyn Observer + Send>> = vec![Box::new(console)];
+    #[cfg(feature = "page")]
+    watchers.extend(window.map(|window| window.onlooker(&language::text::call(call))));
+    let run = cell.run(call, Some(recorder), Box::new(Fan(watchers)));
+    let run = run.map_err(|error| report::cell_failure(&error, style));
+    #[cfg(feature = "page")]
+    if let Some(window) = window {
+        window.ended(&run, style);
+    }
+    #[cfg(not(feature = "page"))]
+    let _ = window;
+    let run = run?;
     style.say(report::run::ending(&run, style));
     Ok(run)
 }

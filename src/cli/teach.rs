@@ -77,9 +77,9 @@ pub(super) fn teach(args: &TeachArgs, cli: &Shared, style: Style) -> Result<Exit
         return over_record(&dir, &lead, cli, style);
     }
     if path.is_file() {
-        return script_led(path, Some(&lead), cli, style);
+        return script_led(path, Some(&lead), false, cli, style);
     }
-    line_led(what, Some(&lead), cli, style)
+    line_led(what, Some(&lead), false, cli, style)
 }
 
 /// Steps through a run that is over; no arm is asked for.

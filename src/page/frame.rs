@@ -9,6 +9,12 @@ use super::site::Site;
 const POLICY: &str = "default-src 'none'; img-src 'self'; style-src 'self'; script-src 'self'; \
                       connect-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
 
+/// As [`POLICY`], for a run that is looked at: the report on it, with its own style and pictures inside, is opened from
+/// there.
+const WITH_REPORT: &str = "default-src 'none'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; \
+                           media-src data:; script-src 'self'; connect-src 'self'; form-action 'self'; \
+                           base-uri 'none'; frame-ancestors 'none'";
+
 /// The files that pages refer to, by path.
 const FILES: &[(&str, &str, &str)] = &[
     ("/look.css", "text/css; charset=utf-8", crate::report::html::LOOK),
@@ -27,6 +33,8 @@ pub(super) struct View {
     pub(super) says: String,
     /// The version of the live run that it shows, to be looked at again when that changes.
     pub(super) live: Option<u64>,
+    /// Whether it is read anew every few seconds where there are no scripts.
+    pub(super) reads_again: bool,
     /// Pictures that are likely to be wanted next.
     pub(super) soon: Vec<String>,
     pub(super) main: String,
@@ -36,7 +44,7 @@ impl View {
     pub(super) fn new(title: impl Into<String>, menu: &'static str, main: String) -> Self {
         let title = title.into();
         let (says, soon) = (title.clone(), Vec::new());
-        Self { status: 200, title, menu, says, live: None, soon, main }
+        Self { status: 200, title, menu, says, live: None, reads_again: false, soon, main }
     }
 
     /// A page that says what is not there.
@@ -52,10 +60,11 @@ pub(super) fn file(path: &str) -> Option<Response> {
     Some(Response::new(200, kind, *text))
 }
 
-/// Adds what keeps other pages out.
-pub(super) fn guarded(response: Response) -> Response {
+/// Adds what keeps other pages out of what is at a path.
+pub(super) fn guarded(response: Response, path: &str) -> Response {
+    let policy = if path.starts_with("/watch") { WITH_REPORT } else { POLICY };
     response
-        .with("Content-Security-Policy", POLICY)
+        .with("Content-Security-Policy", policy)
         .with("X-Content-Type-Options", "nosniff")
         .with("Referrer-Policy", "no-referrer")
         .with("Cross-Origin-Resource-Policy", "same-origin")
@@ -67,6 +76,9 @@ pub(super) fn page(site: &Site, view: &View) -> Response {
     if site.live.is_some() {
         menu.insert(0, ("/live", "Live"));
     }
+    if site.screen.is_some() {
+        menu.insert(0, ("/watch", "Live"));
+    }
     let links: Vec<String> = menu
         .into_iter()
         .map(|(path, name)| {
@@ -76,9 +88,10 @@ pub(super) fn page(site: &Site, view: &View) -> Response {
         .collect();
     let live = view.live.map(|version| format!(" data-live=\"{version}\"")).unwrap_or_default();
     // Without scripts a page that shows a live run reads itself again.
-    let again = match view.live {
-        Some(_) => "<noscript><meta http-equiv=\"refresh\" content=\"3\"></noscript>\n",
-        None => "",
+    let again = if view.live.is_some() || view.reads_again {
+        "<noscript><meta http-equiv=\"refresh\" content=\"3\"></noscript>\n"
+    } else {
+        ""
     };
     let text = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -1,4 +1,4 @@
-//! The teaching page: stored runs and a run that is stepped now, in a browser on this machine.
+//! The teaching page: stored runs and a run that is stepped or looked at now, in a browser on this machine.
 //!
 //! The page is a client, never a second brain. Everything it shows is worded by [`crate::report`] and read
 //! from run folders; everything it is told is a word for the conductor of the live run, or an answer kept
@@ -18,9 +18,11 @@ mod overview;
 mod quiz;
 mod run_index;
 mod routes;
+mod screen;
 mod site;
 mod step;
 mod stepping;
+mod watching;
 
 use std::io;
 use std::net::Ipv4Addr;
@@ -30,7 +32,8 @@ use crate::http::Server;
 
 pub use live::{Lead, Live, Watch, Wish};
 pub use options::{Options, Place};
-use site::Site;
+pub use screen::{Onlooker, Screen};
+use site::{Shown, Site};
 
 /// A page that is served until it is dropped.
 pub struct Page {
@@ -44,8 +47,21 @@ impl Page {
     ///
     /// When the port is taken.
     pub fn open(options: Options, live: Option<Arc<Live>>) -> io::Result<Self> {
+        Self::serve(options, Shown { live, screen: None })
+    }
+
+    /// Serves runs, and a run to look at while it goes on.
+    ///
+    /// # Errors
+    ///
+    /// When the port is taken.
+    pub fn watch(options: Options, screen: Arc<Screen>) -> io::Result<Self> {
+        Self::serve(options, Shown { live: None, screen: Some(screen) })
+    }
+
+    fn serve(options: Options, shown: Shown) -> io::Result<Self> {
         let port = options.port;
-        let site = Site::new(options, live);
+        let site = Site::new(options, shown);
         let handler = move |request: &crate::http::Request| site.answer(request);
         let server = Server::serve((Ipv4Addr::LOCALHOST, port).into(), Arc::new(handler))?;
         Ok(Self { server })

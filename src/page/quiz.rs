@@ -7,13 +7,13 @@ use crate::http::{Request, encoded};
 use crate::report::html::escaped;
 use crate::teach::quiz::{self, Item};
 use crate::trace::StepRecord;
-use crate::workcell::Run;
 use crate::workcell::archive::Entry;
+use crate::workcell::{Run, picture};
 
 use super::answering;
 use super::frame::View;
 use super::overview::progress;
-use super::site::{Site, picture_file};
+use super::site::Site;
 use super::step::{At, When, pictures};
 
 /// The page of one question.
@@ -91,7 +91,7 @@ fn ordered(runs: &[(Entry, Arc<Run>)], seed: u64) -> Vec<Item> {
     let steps: Vec<&[StepRecord]> = runs.iter().map(|(_, run)| run.steps.as_slice()).collect();
     let has_picture = |run: usize, step: &StepRecord| {
         let name = format!("{:02}-after-real", step.number);
-        picture_file(&runs[run].0.dir, &name).is_file()
+        picture::file(&runs[run].0.dir, &name).is_file()
     };
     quiz::ordered(&steps, &has_picture, seed)
 }

@@ -2,18 +2,23 @@
 
 use super::frame::{self, View};
 use super::live::Wish;
-use super::site::{Site, picture_file};
+use super::site::Site;
 use super::step::{At, When};
-use super::{answering, api, overview, quiz, step, stepping};
+use super::{answering, api, overview, quiz, step, stepping, watching};
 use crate::files::read;
 use crate::http::{Request, Response, encoded};
+use crate::workcell::picture;
+
+/// What a picture is.
+pub(super) const JPEG: &str = "image/jpeg";
+const PNG: &str = "image/png";
 
 impl Site {
     /// Answers a request.
     pub(super) fn answer(&self, request: &Request) -> Response {
         if !request.is_local() {
             let line = "this page answers this machine only, under the address it was given";
-            return frame::guarded(Response::text(403, line));
+            return frame::guarded(Response::text(403, line), &request.path);
         }
         let path: Vec<&str> = request.path.split('/').skip(1).collect();
         let response = if request.method == "POST" {
@@ -21,14 +26,20 @@ impl Site {
         } else {
             self.asked(request, &path)
         };
-        frame::guarded(response)
+        frame::guarded(response, &request.path)
     }
 
     fn asked(&self, request: &Request, path: &[&str]) -> Response {
         if let Some(file) = frame::file(&request.path) {
             return file;
         }
+        if let (Some(screen), ["watch", rest @ ..]) = (&self.screen, path)
+            && let Some(answer) = watching::answer(screen, request, rest)
+        {
+            return answer;
+        }
         let view = match path {
+            ["watch"] if let Some(screen) = &self.screen => watching::view(screen),
             [""] => overview::view(self),
             ["quiz"] => quiz::view(self, request),
             ["live"] => stepping::view(self, request.asked("why").as_deref()),
@@ -139,16 +150,20 @@ impl Site {
     }
 
     fn picture(&self, run: &str, name: &str) -> Response {
-        let known = name.strip_suffix(".png").filter(|name| is_picture(name));
+        let known = name.strip_suffix(".jpg").or_else(|| name.strip_suffix(".png"));
+        let known = known.filter(|name| is_picture(name));
         let dir = self.dir(run);
         let known = known.filter(|name| self.is_whole(run, name));
         let (Some(name), Some(dir)) = (known, dir) else {
             return Response::text(404, "there is no such picture");
         };
-        match read::bytes(&picture_file(&dir, name), read::DATA) {
+        let file = picture::file(&dir, name);
+        let kind = if file.extension().is_some_and(|end| end == "png") { PNG } else { JPEG };
+        match read::bytes(&file, read::DATA) {
             // Pictures of a step are written once.
-            Ok(bytes) => Response::new(200, "image/png", bytes)
-                .with("Cache-Control", "private, max-age=3600"),
+            Ok(bytes) => {
+                Response::new(200, kind, bytes).with("Cache-Control", "private, max-age=3600")
+            }
             Err(_) => Response::text(404, "there is no such picture"),
         }
     }

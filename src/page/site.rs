@@ -1,7 +1,7 @@
 //! Everything the page knows between requests.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,12 +14,24 @@ use crate::workcell::archive::Entry;
 
 use super::live::Live;
 use super::run_index::RunIndex;
+use super::screen::Screen;
 use super::{Options, Place};
+
+/// The run that a page shows beside those that are kept.
+#[derive(Default)]
+pub(super) struct Shown {
+    /// Stepped from the page.
+    pub(super) live: Option<Arc<Live>>,
+    /// Looked at only.
+    pub(super) screen: Option<Arc<Screen>>,
+}
 
 /// Everything the page knows between requests.
 pub(super) struct Site {
     pub(super) run_index: RunIndex,
     pub(super) live: Option<Arc<Live>>,
+    /// A run that is looked at while it goes on.
+    pub(super) screen: Option<Arc<Screen>>,
     pub(super) seed: u64,
     answers: PathBuf,
     place: Place,
@@ -33,11 +45,13 @@ pub(super) struct Site {
 }
 
 impl Site {
-    pub(super) fn new(options: Options, live: Option<Arc<Live>>) -> Self {
+    pub(super) fn new(options: Options, shown: Shown) -> Self {
+        let Shown { live, screen } = shown;
         let Options { root, answers, port: _, seed, place } = options;
         Self {
             run_index: RunIndex::new(root),
             live,
+            screen,
             seed,
             answers,
             place,
@@ -128,11 +142,6 @@ impl Site {
         let number = Some(entry.number);
         ask(&Question { run, number, fluent: Some(fluent), earlier: &earlier, place: &*self.place })
     }
-}
-
-/// Returns the file of a picture by its name without ending.
-pub(super) fn picture_file(dir: &Path, name: &str) -> PathBuf {
-    dir.join("frames").join(format!("{name}.png"))
 }
 
 /// Returns how a trainee is called in the file of answers: never like an expert.

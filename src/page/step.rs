@@ -11,12 +11,12 @@ use crate::report::html::{self, escaped};
 use crate::report::{run::ending, why};
 use crate::teach::answers::Answered;
 use crate::trace::{Outcome, StepRecord};
-use crate::workcell::Run;
 use crate::workcell::archive::Entry;
+use crate::workcell::{Run, picture};
 
 use super::answering::{Questions, turn};
 use super::frame::View;
-use super::site::{Site, picture_file};
+use super::site::Site;
 
 /// Before or after a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -296,7 +296,7 @@ impl Moment<'_> {
         let near = [here + 1, here.wrapping_sub(1), here + 2];
         let near = near.iter().filter_map(|i| stops.get(*i));
         let names = near.flat_map(|at| ["real", "twin"].map(|whose| name(*at, whose)));
-        names.map(|name| address(&self.entry.name, &name)).collect()
+        names.map(|name| address(&self.entry.dir, &self.entry.name, &name)).collect()
     }
 }
 
@@ -305,16 +305,19 @@ fn name(at: At, whose: &str) -> String {
     format!("{:02}-{}-{whose}", at.number, at.when.word())
 }
 
-fn address(run: &str, name: &str) -> String {
-    format!("/run/{}/frames/{name}.png", encoded(run))
+/// Where a picture of the run in folder `dir` is to be had.
+fn address(dir: &Path, run: &str, name: &str) -> String {
+    let file = picture::file(dir, name);
+    let file = file.file_name().unwrap_or_default().to_string_lossy();
+    format!("/run/{}/frames/{file}", encoded(run))
 }
 
 /// The pictures of a moment; `is_whole` says of a name whether its file is written by now.
 pub(super) fn pictures(dir: &Path, run: &str, at: At, is_whole: &dyn Fn(&str) -> bool) -> String {
     html::pictures(at.when.word(), &|whose| {
         let name = name(at, whose);
-        let is_there = is_whole(&name) && picture_file(dir, &name).is_file();
-        is_there.then(|| address(run, &name))
+        let is_there = is_whole(&name) && picture::file(dir, &name).is_file();
+        is_there.then(|| address(dir, run, &name))
     })
 }
 

@@ -12,6 +12,7 @@ mod hidden;
 mod kortex;
 mod kortex_faults;
 mod learn;
+mod live;
 mod panics;
 mod paper;
 mod records;

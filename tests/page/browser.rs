@@ -12,8 +12,10 @@ use serde_json::{Value, json};
 use trueup::arm::Cancel;
 use trueup::execution::conduct::Dial;
 use trueup::page::Live;
+use trueup::trace::{Observer as _, small_jpeg};
 
 use super::live::walk;
+use super::watch::{still, watched};
 use super::{served, served_with};
 use crate::absent::skipped;
 use crate::program::Scratch;
@@ -190,4 +192,33 @@ fn a_person_leads_a_live_run_by_keys() {
     live.ended("done: pour(jar, cup)");
     browser.until("document.body.innerText.includes('done: pour(jar, cup)')");
     assert_eq!(browser.complaints, Vec::<String>::new());
+}
+
+/// A run that is looked at: pictures change in place, and the report is there after the program is gone.
+#[test]
+fn a_run_is_looked_at_as_it_goes_and_its_report_outlives_the_page() {
+    let scratch = Scratch::new("page-browser-watch");
+    let (page, screen, mut onlooker) = watched(&scratch);
+    let url = format!("{}watch", page.address());
+    let Some(mut browser) = Browser::open(&scratch, &url) else { return };
+    let picture = small_jpeg(&image::RgbImage::from_pixel(48, 27, image::Rgb([20, 90, 160])));
+    for (number, cup_ml) in [(1, 0.0), (2, 40.0), (3, 90.0)] {
+        onlooker.event(&still(number, cup_ml, &picture));
+        let shown = format!("document.getElementById('watch-real').src.endsWith('n={number}')");
+        browser
+            .until(&format!("{shown} && document.getElementById('watch-real').naturalWidth == 48"));
+    }
+    browser.until("document.querySelector('.curves').textContent.includes('cup 90 mL')");
+    scratch.file(
+        "runs/now/report.html",
+        "<title>kept</title><style>p { color: rgb(1, 2, 3) }</style><p>it",
+    );
+    screen.ended("done: pour(jar, cup)", Some(scratch.path("runs/now/report.html")));
+    // The program waits for this browser, and is gone.
+    screen.part();
+    drop(page);
+    browser.until("document.getElementById('report')?.href.startsWith('blob:')");
+    browser.value("location.href = document.getElementById('report').href");
+    browser.until("document.title == 'kept' && getComputedStyle(document.querySelector('p')).color == 'rgb(1, 2, 3)'");
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }

@@ -3,6 +3,7 @@
 mod browser;
 mod live;
 mod views;
+mod watch;
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
