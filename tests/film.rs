@@ -5,7 +5,7 @@ use image::{Rgb, RgbImage};
 use trueup::film::Film;
 
 /// The content of the first box of a name, at any depth of those that hold boxes.
-fn content<'a>(file: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {
+fn content(file: &[u8], name: [u8; 4]) -> Option<&[u8]> {
     let mut rest = file;
     while rest.len() >= 8 {
         let size = u32::from_be_bytes(rest[..4].try_into().unwrap()) as usize;
@@ -46,13 +46,13 @@ fn every_picture_is_where_the_tables_say() {
     }
     let file = film.finish();
     assert_eq!(&file[4..12], b"ftypisom");
-    let sizes = words(content(&file, b"stsz").unwrap());
+    let sizes = words(content(&file, *b"stsz").unwrap());
     assert_eq!((sizes[2], sizes.len()), (30, 3 + 30));
     // Whole pictures every five seconds; a difference is a small part of one.
-    assert_eq!(words(content(&file, b"stss").unwrap()), [0, 2, 1, 26]);
+    assert_eq!(words(content(&file, *b"stss").unwrap()), [0, 2, 1, 26]);
     let (whole, difference) = (sizes[3], sizes[4]);
     assert!(3 * difference < whole, "{difference} of {whole} bytes");
-    let mut at = words(content(&file, b"stco").unwrap())[2];
+    let mut at = words(content(&file, *b"stco").unwrap())[2];
     for (k, size) in sizes[3..].iter().enumerate() {
         let length = words(&file[at..at + 4])[0];
         assert_eq!(length + 4, *size);
@@ -62,7 +62,7 @@ fn every_picture_is_where_the_tables_say() {
     }
     assert_eq!(at, file.len());
     // Size in the track's header, and as it is cut out of whole macroblocks.
-    let header = words(content(&file, b"tkhd").unwrap());
+    let header = words(content(&file, *b"tkhd").unwrap());
     assert_eq!(header[header.len() - 2..], [150 << 16, 90 << 16]);
 }
 

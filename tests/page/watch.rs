@@ -91,6 +91,7 @@ fn the_page_shows_pictures_fluents_water_and_rehearsals_as_they_come() {
 }
 
 #[test]
+#[expect(clippy::disallowed_methods, reason = "how long somebody is waited for is what is tested")]
 fn a_run_that_ends_waits_for_a_browser_that_looks_and_for_no_other() {
     let scratch = Scratch::new("page-watch-end");
     let (page, screen, _onlooker) = watched(&scratch);
