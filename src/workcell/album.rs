@@ -4,6 +4,7 @@
 //! shows is fixed when it is asked for; here it is only drawn. Where pictures are kept is the recorder's to know.
 
 use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -44,13 +45,18 @@ pub(super) struct Moment {
     pub(super) twin: Option<(Camera, View)>,
     pub(super) water: Vec<(String, f64)>,
     pub(super) spilt: f64,
+    /// Counts those that wait, where somebody asks.
+    pub(super) waiting: Option<Arc<AtomicUsize>>,
 }
 
 impl Moment {
     fn drawn(self) -> Still {
-        let Self { number, time, step, real, twin, water, spilt } = self;
+        let Self { number, time, step, real, twin, water, spilt, waiting } = self;
         let real = real.and_then(|shot| shot()).map(|image| small_jpeg(&image));
         let twin = twin.map(|(camera, view)| small(&camera, &view));
+        if let Some(waiting) = waiting {
+            waiting.fetch_sub(1, Ordering::SeqCst);
+        }
         Still { number, time, step, real, twin, water, spilt }
     }
 }

@@ -3,6 +3,7 @@
 //! On each control tick it is asked whether a picture is due, and the shutter is opened; drawing and encoding are the
 //! album's, beside the run. Nothing that is measured or decided rests on these pictures, so they change no number.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -124,6 +125,9 @@ fn is_due(due: &mut f64, feedback: &Feedback) -> bool {
     is_due
 }
 
+/// How many moments may wait to be drawn where time does not wait for them: half a second's.
+const BEHIND: usize = 2;
+
 /// A step that is filmed.
 struct Take {
     step: usize,
@@ -145,13 +149,17 @@ struct Reel {
     take: Option<Take>,
     due: f64,
     number: usize,
+    /// Moments that wait to be drawn, where what is late is left out; elsewhere nothing is counted.
+    waiting: Option<Arc<AtomicUsize>>,
 }
 
 impl Filming {
-    /// Films by `film`, where there is a camera that does, for an album.
-    pub(super) fn new(film: Option<Box<dyn Film>>, album: Sender<Job>) -> Self {
-        let due = f64::NEG_INFINITY;
-        Self(Arc::new(Mutex::new(Reel { film, album, take: None, due, number: 0 })))
+    /// Films by `film`, where there is a camera that does, for an album. An arm that takes the time of a real one is
+    /// filmed as far as a busy machine keeps up, so that pictures are of now; any other is filmed whole.
+    pub(super) fn new(film: Option<Box<dyn Film>>, album: Sender<Job>, is_real_time: bool) -> Self {
+        let (due, waiting) = (f64::NEG_INFINITY, is_real_time.then(Arc::default));
+        let reel = Reel { film, album, take: None, due, number: 0, waiting };
+        Self(Arc::new(Mutex::new(reel)))
     }
 
     /// Films a step from `begin`, s, on, beside the glimpses of its rehearsal.
@@ -174,9 +182,15 @@ impl Observer for Filming {
     fn event(&mut self, event: &Event) {
         let Event::Tick(feedback) = event else { return };
         let mut reel = self.lock();
-        let Reel { film, album, take: Some(take), due, number } = &mut *reel else { return };
-        if !is_due(due, feedback) {
+        let Reel { film, album, take: Some(take), due, number, waiting } = &mut *reel else {
             return;
+        };
+        let is_late = waiting.as_ref().is_some_and(|n| n.load(Ordering::SeqCst) >= BEHIND);
+        if is_late || !is_due(due, feedback) {
+            return;
+        }
+        if let Some(waiting) = waiting {
+            waiting.fetch_add(1, Ordering::SeqCst);
         }
         *number += 1;
         let elapsed = feedback.time - take.begin;
@@ -193,6 +207,7 @@ impl Observer for Filming {
             twin: twin.map(|twin| (take.camera, twin.view.clone())),
             water,
             spilt,
+            waiting: waiting.clone(),
         };
         // A thread that is gone has panicked, which the album passes on.
         let _ = album.send(Job::Moment(Box::new(moment)));

@@ -139,9 +139,12 @@ impl WorkCell {
                 (Arc::new(own.with_limits(&most.velocity, &most.acceleration)), pace)
             }
         };
+        let is_real_time =
+            options.is_real_time || !matches!(options.robot.as_str(), "lab" | "twin");
         let Options { robot: robot_name, stdlib, seed, switches, candidates, clock, .. } = options;
         let candidates = candidates.max(1);
-        let setup = Setup { library, stdlib, robot_name, seed, switches, candidates, clock };
+        let setup =
+            Setup { library, stdlib, robot_name, seed, switches, candidates, is_real_time, clock };
         let belief = Belief::new(scene.clone());
         let cancel = Cancel::default();
         let parts = Parts { setup, scene, robot, known, pace, belief, cancel };

@@ -30,6 +30,8 @@ pub(super) struct Setup {
     pub(super) switches: Switches,
     /// How many candidates are rehearsed for one attempt.
     pub(super) candidates: usize,
+    /// Whether the arm takes the time of a real one.
+    pub(super) is_real_time: bool,
     /// Seconds since some instant.
     pub(super) clock: fn() -> f64,
 }

@@ -157,7 +157,11 @@ impl WorkCell {
         run.calibration = self.scripts.context().body().calibration().cloned();
         run.matching = Some(Matching::of(run.calibration.as_ref(), &start, &sure));
         let album = Album::new(self.audience.fan.clone());
-        let filming = Filming::new(self.scripts.context().body().film(), album.jobs());
+        let filming = Filming::new(
+            self.scripts.context().body().film(),
+            album.jobs(),
+            self.setup.is_real_time,
+        );
         let is_filmed = |recorder: &SharedRecorder| {
             recorder.lock().unwrap_or_else(PoisonError::into_inner).is_filmed()
         };
