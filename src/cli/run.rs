@@ -269,6 +269,7 @@ fn one(
         .map_err(|(path, error)| Failure::no_run_folder(&path, &error, "--record"))?;
     let console = Console::new(style);
     let console = if cell.is_told() { console.without_steps() } else { console };
+    #[cfg_attr(not(feature = "page"), expect(unused_mut, reason = "only a page looks on"))]
     let mut watchers: Vec<Box<dyn Observer + Send>> = vec![Box::new(console)];
     #[cfg(feature = "page")]
     watchers.extend(window.map(|window| window.onlooker(&language::text::call(call))));

@@ -17,9 +17,11 @@ use crate::world::Camera;
 use super::album::{Job, Moment};
 use super::picture;
 
-/// From one picture to the next, s of the arm's time. Chosen: a stream from a jar is seen to begin and to end, and a pour
-/// of 30 s makes 2 MB.
-pub(super) const EVERY: f64 = 0.2;
+/// From one picture to the next, s of the arm's time, where somebody looks on or the arm takes the time of a real one.
+/// Chosen: a stream from a jar is seen to begin and to end, and a pour of 30 s makes 3 MB.
+pub(super) const OFTEN: f64 = 0.2;
+/// The same where nobody waits for an arm: at [`OFTEN`] the pictures took 9 s of a pour's 31 s of processor time.
+pub(super) const SELDOM: f64 = 1.0;
 /// Width of the pictures, px.
 pub(super) const WIDTH: u32 = 480;
 /// Ticks are not quite where they are counted, s.
@@ -48,7 +50,7 @@ impl Glimpse {
 }
 
 /// From one picture of a rehearsal to the next, for who looks on, in glimpses: two seconds of its time.
-const SELDOM: usize = 10;
+const SHOWN: usize = 10;
 
 /// A rehearsal as it is shown to who looks on.
 #[derive(Clone)]
@@ -102,10 +104,10 @@ impl Glances {
 impl Observer for Glances {
     fn event(&mut self, event: &Event) {
         let Event::Tick(feedback) = event else { return };
-        if is_due(&mut self.due, feedback) {
+        if is_due(&mut self.due, OFTEN, feedback) {
             let twin = self.twin.lock().unwrap_or_else(PoisonError::into_inner);
             let glimpse = Glimpse::of(&twin, &self.look, feedback.time - self.begin);
-            if self.seen.is_multiple_of(SELDOM)
+            if self.seen.is_multiple_of(SHOWN)
                 && let Some(shown) = &self.shown
             {
                 shown.tell(Some(glimpse.view.clone()), None);
@@ -117,10 +119,10 @@ impl Observer for Glances {
 }
 
 /// Whether a picture is due, and when the next will be.
-fn is_due(due: &mut f64, feedback: &Feedback) -> bool {
+fn is_due(due: &mut f64, every: f64, feedback: &Feedback) -> bool {
     let is_due = feedback.time >= *due - EARLY;
     if is_due {
-        *due = due.max(feedback.time - EARLY) + EVERY;
+        *due = due.max(feedback.time - EARLY) + every;
     }
     is_due
 }
@@ -148,6 +150,8 @@ struct Reel {
     album: Sender<Job>,
     take: Option<Take>,
     due: f64,
+    /// From one picture to the next, s.
+    every: f64,
     number: usize,
     /// Moments that wait to be drawn, where what is late is left out; elsewhere nothing is counted.
     waiting: Option<Arc<AtomicUsize>>,
@@ -155,10 +159,16 @@ struct Reel {
 
 impl Filming {
     /// Films by `film`, where there is a camera that does, for an album. An arm that takes the time of a real one is
-    /// filmed as far as a busy machine keeps up, so that pictures are of now; any other is filmed whole.
-    pub(super) fn new(film: Option<Box<dyn Film>>, album: Sender<Job>, is_real_time: bool) -> Self {
+    /// filmed as far as a busy machine keeps up, so that pictures are of now; any other is filmed whole, and seldom unless
+    /// it is watched.
+    pub(super) fn new(
+        film: Option<Box<dyn Film>>,
+        album: Sender<Job>,
+        (is_real_time, is_watched): (bool, bool),
+    ) -> Self {
+        let every = if is_real_time || is_watched { OFTEN } else { SELDOM };
         let (due, waiting) = (f64::NEG_INFINITY, is_real_time.then(Arc::default));
-        let reel = Reel { film, album, take: None, due, number: 0, waiting };
+        let reel = Reel { film, album, take: None, due, every, number: 0, waiting };
         Self(Arc::new(Mutex::new(reel)))
     }
 
@@ -182,11 +192,11 @@ impl Observer for Filming {
     fn event(&mut self, event: &Event) {
         let Event::Tick(feedback) = event else { return };
         let mut reel = self.lock();
-        let Reel { film, album, take: Some(take), due, number, waiting } = &mut *reel else {
+        let Reel { film, album, take: Some(take), due, every, number, waiting } = &mut *reel else {
             return;
         };
         let is_late = waiting.as_ref().is_some_and(|n| n.load(Ordering::SeqCst) >= BEHIND);
-        if is_late || !is_due(due, feedback) {
+        if is_late || !is_due(due, *every, feedback) {
             return;
         }
         if let Some(waiting) = waiting {
@@ -195,7 +205,7 @@ impl Observer for Filming {
         *number += 1;
         let elapsed = feedback.time - take.begin;
         let seen =
-            take.glimpses.partition_point(|glimpse| glimpse.elapsed <= elapsed + EVERY / 2.0);
+            take.glimpses.partition_point(|glimpse| glimpse.elapsed <= elapsed + OFTEN / 2.0);
         let twin = seen.checked_sub(1).and_then(|at| take.glimpses.get(at));
         let (water, spilt) =
             twin.map_or((Vec::new(), 0.0), |twin| (twin.water.clone(), twin.spilt));

@@ -160,7 +160,7 @@ impl WorkCell {
         let filming = Filming::new(
             self.scripts.context().body().film(),
             album.jobs(),
-            self.setup.is_real_time,
+            (self.setup.is_real_time, self.audience.sees_rehearsals),
         );
         let is_filmed = |recorder: &SharedRecorder| {
             recorder.lock().unwrap_or_else(PoisonError::into_inner).is_filmed()
