@@ -1,5 +1,6 @@
 //! A run as a film: camera beside twin, and below them the step, the fluents as measured, and the twin's water over
-//! time. One picture of the film for each moment of the run folder's, so it plays at the arm's own speed.
+//! time. One picture of the film for each moment of the run folder's, so it plays at the arm's own speed
+//! where that was filmed often, and two and a half times as fast where nobody waited for it.
 //!
 //! A run that was not filmed shows the pictures after its steps, a second each. Files are read by whoever calls.
 
@@ -13,7 +14,7 @@ use crate::workcell::film as reel;
 use super::Style;
 use super::run::ending;
 
-/// Pictures a second, Hz: as they were taken.
+/// Pictures a second, Hz: as a run that is watched is filmed.
 const RATE: u32 = 5;
 /// Width and height of one of the two pictures, px.
 const PICTURE: (u32, u32) = (480, 270);

@@ -71,10 +71,13 @@ impl Pending {
     }
 }
 
+/// The last picture of the camera and of the twin, by name, as they were drawn.
+pub(super) type Newest = Vec<(String, RgbImage)>;
+
 /// The pictures of one run.
 pub(super) struct Album {
     jobs: Sender<Job>,
-    worker: Option<JoinHandle<()>>,
+    worker: Option<JoinHandle<Newest>>,
 }
 
 impl Album {
@@ -107,12 +110,11 @@ impl Album {
         let _ = self.jobs.send(job);
     }
 
-    /// Waits until all pictures are drawn and told of.
-    pub(super) fn finish(mut self) {
+    /// Waits until all pictures are drawn and told of; returns the last ones.
+    pub(super) fn finish(mut self) -> Newest {
         self.send(Job::End);
-        if let Some(Err(panic)) = self.worker.take().map(JoinHandle::join) {
-            resume_unwind(panic);
-        }
+        let ended = self.worker.take().map(JoinHandle::join);
+        ended.map_or_else(Vec::new, |newest| newest.unwrap_or_else(|panic| resume_unwind(panic)))
     }
 }
 
@@ -130,12 +132,16 @@ fn small(camera: &Camera, view: &View) -> Vec<u8> {
     small_jpeg(&picture::draw_small(camera, view))
 }
 
-fn work(todo: &Receiver<Job>, fan: &Mutex<Fan>) {
+fn work(todo: &Receiver<Job>, fan: &Mutex<Fan>) -> Newest {
+    let whose = |name: &str| name.rsplit('-').next().map(str::to_owned);
+    let mut newest = Newest::new();
     let mut last: Vec<(String, Arc<[u8]>)> = Vec::new();
     while let Ok(job) = todo.recv() {
         match job {
             Job::Draw { name, shot, drawn } => {
                 let image = shot();
+                newest.retain(|(other, _)| whose(other) != whose(&name));
+                newest.push((name.clone(), image.clone()));
                 let event = Event::picture(name, &image);
                 tell(fan, &event);
                 if let Event::Picture { name, jpeg } = event {
@@ -159,4 +165,5 @@ fn work(todo: &Receiver<Job>, fan: &Mutex<Fan>) {
             Job::End => break,
         }
     }
+    newest
 }

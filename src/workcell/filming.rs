@@ -20,8 +20,9 @@ use super::picture;
 /// From one picture to the next, s of the arm's time, where somebody looks on or the arm takes the time of a real one.
 /// Chosen: a stream from a jar is seen to begin and to end, and a pour of 30 s makes 3 MB.
 pub(super) const OFTEN: f64 = 0.2;
-/// The same where nobody waits for an arm: at [`OFTEN`] the pictures took 9 s of a pour's 31 s of processor time.
-pub(super) const SELDOM: f64 = 1.0;
+/// The same where nobody waits for an arm: at [`OFTEN`] the pictures took 9 s of a pour's 31 s of processor time. With
+/// twice as long a stream is seen once.
+pub(super) const SELDOM: f64 = 0.5;
 /// Width of the pictures, px.
 pub(super) const WIDTH: u32 = 480;
 /// Ticks are not quite where they are counted, s.

@@ -13,6 +13,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use image::RgbImage;
 use serde::Serialize;
 
 use crate::arm::{Cancel, Feedback};
@@ -246,6 +247,17 @@ impl Recorder {
         self.pictures.truncate(1);
         self.pictures.insert(0, (path, jpeg.clone()));
         Ok(())
+    }
+
+    /// Keeps the last pictures as they were drawn too, as PNG files: a run is judged by them.
+    pub(super) fn keep_whole(&mut self, newest: &[(String, RgbImage)]) {
+        for (name, image) in newest {
+            let path = self.dir.join("frames").join(format!("{name}.png"));
+            if let Err(error) = write::picture(&path, image) {
+                self.fail(error);
+                return;
+            }
+        }
     }
 
     /// Writes a moment of the film: its pictures first, so that the table tells of none that is not there.

@@ -171,7 +171,10 @@ impl WorkCell {
         let (graph, start) = (&graph, &start);
         let mut on = UnderWay { graph, start, run: &mut *run, recorder, album, filming };
         let attempted = self.attempt(&mut on);
-        on.album.finish();
+        let newest = on.album.finish();
+        if let Some(recorder) = recorder {
+            recorder.lock().unwrap_or_else(PoisonError::into_inner).keep_whole(&newest);
+        }
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
         let has_vessels = self.scene().objects.iter().any(|object| object.cavity.is_some());
         if let Some(weighing) = weighing.as_ref().filter(|_| has_vessels) {

@@ -95,7 +95,7 @@ fn the_script_that_is_shipped_pours() {
     recording(&folder);
 }
 
-/// `film/`: a picture a second while the arm moved, small; and the film that is made of them.
+/// `film/`: two pictures a second while the arm moved, small; and the film that is made of them.
 fn film(scratch: &Scratch, folder: &Path, steps: &[Value]) {
     let film = film::read(folder);
     assert_eq!(film.vessels, ["jar", "cup", "spilt"]);
@@ -103,14 +103,14 @@ fn film(scratch: &Scratch, folder: &Path, steps: &[Value]) {
         .iter()
         .map(|step| number(&step["interval_s"][1]) - number(&step["interval_s"][0]))
         .sum();
-    let most = moving;
+    let most = moving / 0.5;
     assert!(film.moments.len() as f64 > 0.8 * most, "{} of {most}", film.moments.len());
     let tilt = steps.iter().position(|step| step["action"].as_str().unwrap().starts_with("tilt("));
     let inside = film.moments.iter().filter(|moment| moment.step == tilt.unwrap() + 1);
     let cup: Vec<f64> = inside.map(|moment| moment.water_ml[1]).collect();
-    assert!(cup.len() > 8 && cup[0] < 1.0 && cup[cup.len() - 1] > 120.0, "{cup:?}");
+    assert!(cup.len() > 16 && cup[0] < 1.0 && cup[cup.len() - 1] > 120.0, "{cup:?}");
     assert!(
-        cup.iter().filter(|ml| (5.0..130.0).contains(*ml)).count() >= 3,
+        cup.iter().filter(|ml| (5.0..130.0).contains(*ml)).count() >= 2,
         "the stream is seen: {cup:?}"
     );
     for moment in &film.moments {

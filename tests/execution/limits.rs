@@ -190,6 +190,9 @@ fn only_clear_makes_something_cleared() {
                 open.push(path);
                 continue;
             }
+            if path.extension().is_none_or(|ending| ending != "rs") {
+                continue;
+            }
             for line in fs::read_to_string(&path).unwrap().lines() {
                 let code = line.split("//").next().unwrap();
                 let makes = (code.contains("Cleared {") || code.contains("ClearedGrip {"))
