@@ -118,6 +118,7 @@ impl std::fmt::Debug for Lab {
 ///
 /// Source: the finaliser of splitmix64, Steele, Lea and Flood, 2014.
 fn own(seed: u64) -> u64 {
+    // "laborato" in ASCII.
     const LABORATORY: u64 = 0x6C61_626F_7261_746F;
     let mut z = seed ^ LABORATORY;
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -129,8 +130,8 @@ fn own(seed: u64) -> u64 {
 const SCALE: f64 = 1e-7;
 
 /// How far a stopped finger is from where it was sent, m, and how long it must stand still, s.
+/// Chosen: thinner than what is held, and a few looks of the electronics.
 const STOPPED_SHORT: f64 = 0.0015;
-
 const STILL: f64 = 0.06;
 
 impl Lab {

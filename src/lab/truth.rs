@@ -238,6 +238,7 @@ fn exposure(sensor: &Sensor, on: Switches, seed: u64) -> Exposure {
 /// Puts the objects on the table one after another, all again when the last find no place. A crowd that does not go
 /// where the settings would have it is put closer together and farther round.
 fn places(scene: &Scene, settings: &LabSettings, seed: u64) -> Result<Vec<[f64; 3]>, Error> {
+    // With one wish. Chosen: a try is a few draws, so that even all of them are soon over.
     const TRIES: usize = 20_000;
     /// How often the wish is loosened: after four times things stand within 41 % of their distance.
     const LOOSER: usize = 4;

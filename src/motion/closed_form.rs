@@ -468,6 +468,7 @@ fn polish(robot: &Robot, target: &Frame, q: &mut [f64; 7]) -> bool {
 
 /// Whether two solutions are the same up to whole turns.
 fn same(a: &[f64; 7], b: &[f64; 7]) -> bool {
+    // Rad: solutions are exact to 1e-9 (above).
     const NEAR: f64 = 1e-7;
     let turn = std::f64::consts::TAU;
     for i in 0..7 {

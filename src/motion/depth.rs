@@ -201,6 +201,7 @@ impl Difference {
 
     /// Returns the step of Newton's method on the sphere; where the shift bends down, one straight down.
     fn downwards(&self, at: &Look) -> Vector3<f64> {
+        // Rad on the sphere. Chosen: farther off the model that the step rests on says little.
         const FARTHEST: f64 = 0.3;
         let n = at.along;
         let side = square_to(&n);
@@ -232,6 +233,7 @@ impl Span {
     /// The shift is nowhere below its tangents, `point·n`. Where these meet the larger of them is least: they
     /// are sines, which bend down where they are positive.
     fn between(from: Look, to: Look, normal: &Vector3<f64>) -> Option<Self> {
+        // Sines of angles: below it two directions are one, to rounding.
         const SAME: f64 = 1e-9;
         let apart = from.point - to.point;
         let middle = normal.cross(&apart).try_normalize(1e-15)?;

@@ -176,6 +176,7 @@ impl Leaving<'_> {
 
     /// The direction in which what touches parts soonest, by differences; `None` where it is level.
     fn slope(&self, q: &[f64]) -> Option<Vec<f64>> {
+        // Rad: at the reach of a Gen3 (0.9 m) 3.6 mm.
         const TURN: f64 = 0.004;
         let limit = self.world.margin() + ROOM;
         let short = |joint: usize, by: f64| -> Option<f64> {

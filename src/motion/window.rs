@@ -73,6 +73,7 @@ fn dip(
     [mut low, mut at, mut high]: [f64; 3],
     known: Option<[f64; 7]>,
 ) -> Option<[f64; 7]> {
+    // (3 - √5) / 2, the golden section.
     const GOLDEN: f64 = 0.381_966_011_250_105;
     let mut best = known.or_else(|| look(at));
     let mut least = excess(robot, best.as_ref());

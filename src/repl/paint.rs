@@ -15,6 +15,7 @@ pub(super) struct Known {
     pub(super) objects: BTreeSet<String>,
 }
 
+// Colours and weights as ECMA-48 numbers them (SGR): cyan, green, yellow, magenta, bold, faint.
 const CALL: u8 = 36;
 const OBJECT: u8 = 32;
 const NUMBER: u8 = 33;

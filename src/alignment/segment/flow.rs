@@ -39,6 +39,7 @@ impl Flow {
 
     /// Saturates the graph and returns, for each node, whether the source still reaches it.
     pub(super) fn source_side(mut self) -> Vec<bool> {
+        // What rounding leaves of a capacity counts as none.
         const LEAST: f64 = 1e-9;
         let n = self.out.len();
         loop {

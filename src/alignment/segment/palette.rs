@@ -10,6 +10,7 @@ pub(super) struct Palette {
 impl Palette {
     /// Learns four colours by k-means from seeds spread over the lightness order; `None` of too few cells.
     pub(super) fn learn(cells: &[[f64; 3]]) -> Option<Self> {
+        // Chosen: one fewer than GrabCut has (Rother, Kolmogorov and Blake, 2004).
         const K: usize = 4;
         if cells.len() < 4 * K {
             return None;

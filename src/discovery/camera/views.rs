@@ -156,6 +156,7 @@ impl Data {
 
     /// Returns how fast a sight's pixel moves, px/s; 0 for a point that stands.
     pub fn speed(&self, bent: &Bent, sight: &Sight) -> Vector2<f64> {
+        // Of the difference quotient, s: points swing within seconds.
         const SHORT: f64 = 1e-4;
         let Some(track) = sight.track else { return Vector2::zeros() };
         let pose = &self.views[sight.view].camera_from_world;
@@ -196,6 +197,7 @@ impl Data {
         start: Isometry3<f64>,
         sights: &[usize],
     ) -> Option<Isometry3<f64>> {
+        // Many more than quadratic convergence takes; the difference quotient steps by a millionth of the depth.
         const STEPS: usize = 30;
         const SHORT: f64 = 1e-6;
         let mut pose = start;

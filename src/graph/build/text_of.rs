@@ -139,6 +139,7 @@ impl Builder<'_> {
     }
 }
 
+/// The offset basis of 64 bits (Fowler, Noll and Vo).
 const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
 
 /// Adds `text` to an FNV-1a hash: the standard library's hasher may differ from one release to the next,

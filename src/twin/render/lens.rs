@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use crate::world::frame::times;
 use crate::world::{Camera, Intrinsics};
 
+/// Entries of the table: linear interpolation between so many leaves the error named above.
 const STEPS: usize = 2048;
 
 /// A camera made ready for drawing.
