@@ -38,52 +38,7 @@ async function show(url, { sent = null, push = true } = {}) {
     (document.getElementById(focused) ?? main).focus({ preventScroll: true });
   }
   say(main.dataset.says);
-  // A run that is looked at: its state several times a second, and pictures when they are there.
-let looking = false;
-async function look() {
-  const state = document.getElementById("watched");
-  if (looking || !state || state.dataset.over) return;
-  looking = true;
-  try {
-    const answer = await fetch(`/watch/state?after=${state.dataset.version}`);
-    if (answer.status !== 200) return;
-    const text = await answer.text();
-    const next = new DOMParser().parseFromString(text, "text/html").getElementById("watched");
-    const pictures = [...next.querySelectorAll("img")];
-    for (const whose of ["real", "twin"]) {
-      const old = document.getElementById(`watch-${whose}`);
-      const url = next.dataset[whose];
-      if (!url || old.getAttribute("src") === url) continue;
-      const picture = old.cloneNode();
-      picture.src = url;
-      pictures.push(picture);
-    }
-    await Promise.all(pictures.map((picture) => picture.decode().catch(() => {})));
-    for (const picture of pictures.filter((picture) => picture.id)) document.getElementById(picture.id).replaceWith(picture);
-    if (next.dataset.over) {
-      await keepReport(next);
-      say("the run is over");
-    }
-    state.replaceWith(next);
-    // The program may end once it has heard that the end is here.
-    if (next.dataset.over) await fetch(`/watch/state?after=${next.dataset.version}`);
-  } catch {
-    if (!document.getElementById("watched").dataset.over) say("the program does not answer any more");
-  } finally {
-    looking = false;
-  }
-}
-setInterval(look, 120);
-
-// The report outlives the program that served it.
-async function keepReport(state) {
-  const link = state.querySelector("#report");
-  if (!link) return;
-  const page = await (await fetch(link.href)).blob();
-  link.href = URL.createObjectURL(page);
-}
-
-settle();
+  settle();
 }
 
 function say(words) {
