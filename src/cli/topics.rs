@@ -40,7 +40,7 @@ A file to begin with, which runs as it is. Edit it, check it, run it.
   trueup check tidy.task
   trueup run tidy.task
   trueup fmt tidy.task
-Its And-Or graph, its examples carried out in the twin, a mistake explained:
+Its And-Or graph, its examples run in the twin, a mistake explained:
   trueup graph scripts/pour.task --format svg
   trueup test tidy.task
   trueup explain task::unit
@@ -80,7 +80,7 @@ A real Gen3 moves only when you say so: docs/safety.md, then docs/kortex.md.
         name: "teach",
         title: "go one step at a time, and ask what people expect",
         text: "\
-A call is carried out step by step; `help` there lists the words.
+A call runs step by step; `help` there lists the words.
   trueup teach 'pick(jar)'
   trueup run scripts/pour.task --step
 On a page in the browser, on this machine only:
@@ -140,8 +140,9 @@ The three regressions on tables of pairs:
         name: "export",
         title: "take a run elsewhere",
         text: "\
-One self-contained page; a bag for Foxglove, Rerun and ROS 2; a table.
+One self-contained page; a film; a bag for Foxglove, Rerun and ROS 2; a table.
   trueup report 1 -o run.html
+  trueup export 1 --mp4 run.mp4
   trueup export 1 --mcap run.mcap
   trueup export 1 --csv run.csv
 `gap` reads what was exported:

@@ -22,7 +22,7 @@ pub(super) struct Seen {
     pub(super) task: String,
     /// What is going on, in words.
     pub(super) doing: String,
-    /// The step that is carried out, and how many there are; 0 before the first.
+    /// The step that runs, and how many there are; 0 before the first.
     pub(super) step: (usize, usize),
     pub(super) still: Option<Arc<Still>>,
     /// The twin's vessels, and the water in them and beside them over the arm's time, mL.

@@ -101,7 +101,7 @@ pub struct Still {
     pub number: usize,
     /// The arm's time, s.
     pub time: f64,
-    /// The step that is carried out.
+    /// The step that runs.
     pub step: usize,
     /// The camera's picture as a JPEG file, where there is a camera that films.
     pub real: Option<Vec<u8>>,

@@ -22,7 +22,7 @@ pub struct Moment {
     pub number: usize,
     /// The arm's time, s.
     pub time: f64,
-    /// The step that is carried out.
+    /// The step that runs.
     pub step: usize,
     /// Water in the twin, mL, by the table's columns: its vessels, and `spilt`.
     pub water_ml: Vec<f64>,

@@ -67,7 +67,7 @@ pub(super) fn went(tried: &Tried) -> String {
     }
 }
 
-/// How many simulated plans succeeded, and which is carried out; what failed is told by who gives up.
+/// How many simulated plans succeeded, and which one runs; what failed is told by who gives up.
 pub(super) fn plans((succeeded, all): (usize, usize), branches: &str, best: &Tried) -> String {
     let chosen = if succeeded == 0 {
         String::new()

@@ -53,7 +53,7 @@ fn the_lip_stays_where_it_is_while_the_jar_turns() {
 }
 
 /// Lines from anywhere to anywhere near: what is timed through their points stays in the joints' ranges, also between
-/// the points, where a joint comes to its end on the way.
+/// the points, where a joint comes to its end on the way; nearly all of them.
 #[test]
 fn what_is_timed_along_a_line_stays_in_the_joints_ranges() {
     let robot = Robot::gen3();
