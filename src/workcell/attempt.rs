@@ -154,6 +154,7 @@ impl WorkCell {
             seed: self.setup.seed,
             cancel: &self.controls.cancel,
             shown,
+            is_filmed: on.filming.is_some(),
         }
         .all(candidates, &|_| {
             let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);

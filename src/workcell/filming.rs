@@ -82,6 +82,8 @@ pub(super) struct Glances {
     look: ArmLook,
     /// Who is shown it, if anybody.
     shown: Option<Shown>,
+    /// Whether it is kept for the film.
+    is_kept: bool,
     /// Glimpses so far.
     seen: usize,
     /// When the step began, and when the next glance is due, s.
@@ -91,8 +93,14 @@ pub(super) struct Glances {
 }
 
 impl Glances {
-    pub(super) fn new(twin: SharedTwin, look: ArmLook, shown: Option<Shown>) -> Self {
-        Self { twin, look, shown, seen: 0, begin: 0.0, due: f64::NEG_INFINITY, kept: Vec::new() }
+    pub(super) fn new(
+        twin: SharedTwin,
+        look: ArmLook,
+        shown: Option<Shown>,
+        is_kept: bool,
+    ) -> Self {
+        let (due, kept) = (f64::NEG_INFINITY, Vec::new());
+        Self { twin, look, shown, is_kept, seen: 0, begin: 0.0, due, kept }
     }
 
     /// Begins a step and returns what was kept of the one before.
@@ -105,7 +113,8 @@ impl Glances {
 impl Observer for Glances {
     fn event(&mut self, event: &Event) {
         let Event::Tick(feedback) = event else { return };
-        if is_due(&mut self.due, OFTEN, feedback) {
+        let is_wanted = self.is_kept || self.shown.is_some();
+        if is_wanted && is_due(&mut self.due, OFTEN, feedback) {
             let twin = self.twin.lock().unwrap_or_else(PoisonError::into_inner);
             let glimpse = Glimpse::of(&twin, &self.look, feedback.time - self.begin);
             if self.seen.is_multiple_of(SHOWN)
@@ -114,7 +123,9 @@ impl Observer for Glances {
                 shown.tell(Some(glimpse.view.clone()), None);
             }
             self.seen += 1;
-            self.kept.push(glimpse);
+            if self.is_kept {
+                self.kept.push(glimpse);
+            }
         }
     }
 }

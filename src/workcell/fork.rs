@@ -138,6 +138,7 @@ impl WorkCell {
             seed: self.setup.seed,
             cancel: &self.controls.cancel,
             shown: None,
+            is_filmed: false,
         }
         .all(&candidates, &|_| {})?
         .into_iter()

@@ -73,8 +73,10 @@ impl WorkCell {
                 path: pg.steps[index].path.clone(),
             });
             let begin = self.state()?.time;
-            let glimpses = rehearsal.glimpses.get(k).map_or(&[][..], Vec::as_slice);
-            on.filming.begin(number, begin, &self.camera(), glimpses);
+            if let Some(filming) = &on.filming {
+                let glimpses = rehearsal.glimpses.get(k).map_or(&[][..], Vec::as_slice);
+                filming.begin(number, begin, &self.camera(), glimpses);
+            }
             let (done, cut_short) = {
                 let mut walker = Walker::new(
                     &mut self.scripts,
@@ -91,7 +93,9 @@ impl WorkCell {
                     }
                 }
             };
-            on.filming.end();
+            if let Some(filming) = &on.filming {
+                filming.end();
+            }
             self.scripts.context().set_gate(None);
             let twin = rehearsal.steps.get(k);
             let comparison = monitor::compare(twin.map_or(&[], |t| &t.fluents), &done.fluents);

@@ -140,6 +140,8 @@ pub struct Rehearsals<'a> {
     pub cancel: &'a Cancel,
     /// Who is shown them, if anybody: as the first, before it has a name.
     pub shown: Option<Shown>,
+    /// Whether what they look like on the way is kept, for the film of the run.
+    pub is_filmed: bool,
 }
 
 impl Rehearsals<'_> {
@@ -190,7 +192,8 @@ impl Rehearsals<'_> {
             let name = format!("{} #{}", candidate.branches(), candidate.variant);
             Shown { number, name: name.trim().to_owned(), ..shown }
         });
-        let glances = Glances::new(twin.clone(), self.look.clone(), shown.clone());
+        let (look, is_filmed) = (self.look.clone(), self.is_filmed);
+        let glances = Glances::new(twin.clone(), look, shown.clone(), is_filmed);
         let glances = Arc::new(Mutex::new(glances));
         let context = ActionContext::new(
             self.cell.clone(),

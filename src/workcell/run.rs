@@ -157,15 +157,17 @@ impl WorkCell {
         run.calibration = self.scripts.context().body().calibration().cloned();
         run.matching = Some(Matching::of(run.calibration.as_ref(), &start, &sure));
         let album = Album::new(self.audience.fan.clone());
-        let filming = Filming::new(
-            self.scripts.context().body().film(),
-            album.jobs(),
-            (self.setup.is_real_time, self.audience.sees_rehearsals),
-        );
         let is_filmed = |recorder: &SharedRecorder| {
             recorder.lock().unwrap_or_else(PoisonError::into_inner).is_filmed()
         };
-        if recorder.is_some_and(is_filmed) {
+        let filming = recorder.is_some_and(is_filmed).then(|| {
+            Filming::new(
+                self.scripts.context().body().film(),
+                album.jobs(),
+                (self.setup.is_real_time, self.audience.sees_rehearsals),
+            )
+        });
+        if let Some(filming) = &filming {
             self.audience.add(Box::new(filming.clone()));
         }
         let (graph, start) = (&graph, &start);
@@ -284,8 +286,8 @@ pub(super) struct UnderWay<'a> {
     pub(super) recorder: Option<&'a SharedRecorder>,
     /// The pictures of its steps.
     pub(super) album: Album,
-    /// The film of it.
-    pub(super) filming: Filming,
+    /// The film of it, if one is kept.
+    pub(super) filming: Option<Filming>,
 }
 
 impl UnderWay<'_> {
