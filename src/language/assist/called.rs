@@ -28,17 +28,22 @@ pub struct Called {
     pub active: Option<usize>,
 }
 
-/// Returns the innermost call whose parenthesis is open behind some tokens; what is defined is not called.
-pub(super) fn around(code: &[Token], text: &str) -> Option<Around> {
+/// Returns the innermost bracket that is open behind some tokens.
+pub(super) fn open_bracket(code: &[Token]) -> Option<usize> {
     let mut depth = 0_i32;
-    let open = (0..code.len()).rev().find(|i| {
+    (0..code.len()).rev().find(|i| {
         match code[*i].kind {
             Kind::Close => depth += 1,
             Kind::Open => depth -= 1,
             _ => {}
         }
         depth < 0
-    })?;
+    })
+}
+
+/// Returns the innermost call whose parenthesis is open behind some tokens; what is defined is not called.
+pub(super) fn around(code: &[Token], text: &str) -> Option<Around> {
+    let open = open_bracket(code)?;
     if code[open].text(text) != "(" {
         return None;
     }

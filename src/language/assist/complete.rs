@@ -106,16 +106,7 @@ pub(super) fn is_asked(before: &[Token], text: &str) -> bool {
 fn context(code: &[Token], text: &str) -> Context {
     let said = |i: usize| code.get(i).map_or("", |token: &Token| token.text(text));
     let Some(last) = code.len().checked_sub(1) else { return Context::Top };
-    // The innermost bracket that is open.
-    let mut depth = 0_i32;
-    let open = (0..code.len()).rev().find(|i| {
-        match code[*i].kind {
-            Kind::Close => depth += 1,
-            Kind::Open => depth -= 1,
-            _ => {}
-        }
-        depth < 0
-    });
+    let open = called::open_bracket(code);
     if code[last].kind == Kind::Number {
         return Context::Unit;
     }
