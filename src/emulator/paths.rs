@@ -265,10 +265,10 @@ impl Planner<'_> {
     /// Returns the soft limits in the program's units.
     fn limits(&self) -> Limits {
         let inside = |list: &[f32]| list.iter().map(|&x| f64::from(x).to_radians()).collect();
-        Limits {
-            velocity: inside(&self.soft.joint_speed_limits),
-            acceleration: inside(&self.soft.joint_acceleration_limits),
-        }
+        Limits::new(
+            inside(&self.soft.joint_speed_limits),
+            inside(&self.soft.joint_acceleration_limits),
+        )
     }
 }
 

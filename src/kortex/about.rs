@@ -64,10 +64,7 @@ fn if_known<T>(answer: Result<T, LinkError>) -> Result<Option<T>, LinkError> {
 
 fn limits(wire: &KinematicLimits) -> Limits {
     let inside = |list: &[f32]| list.iter().map(|&x| f64::from(x).to_radians()).collect();
-    Limits {
-        velocity: inside(&wire.joint_speed_limits),
-        acceleration: inside(&wire.joint_acceleration_limits),
-    }
+    Limits::new(inside(&wire.joint_speed_limits), inside(&wire.joint_acceleration_limits))
 }
 
 /// Returns who moves the arm: one that only stands ready moves for nobody.

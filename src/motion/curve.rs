@@ -5,12 +5,22 @@
 
 use super::polyline::{l2, mix};
 
-/// A point of a curve and its first two derivatives by `s`.
+/// A point of a curve and its first three derivatives by `s`.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct At {
     pub(super) q: Vec<f64>,
     pub(super) dq: Vec<f64>,
     pub(super) ddq: Vec<f64>,
+    /// On the side that was asked for, where two stretches meet.
+    pub(super) dddq: Vec<f64>,
+}
+
+impl At {
+    /// Returns memory for a point of so many joints.
+    pub(super) fn new(joints: usize) -> Self {
+        let none = || vec![0.0; joints];
+        Self { q: none(), dq: none(), ddq: none(), dddq: none() }
+    }
 }
 
 /// One stretch of a curve.
@@ -142,6 +152,11 @@ impl Curve {
         &self.knots
     }
 
+    /// Returns whether a stretch is straight.
+    pub(super) fn is_straight(&self, piece: usize) -> bool {
+        matches!(self.pieces[piece], Piece::Line { .. })
+    }
+
     /// Returns the end point itself, free of rounding.
     pub(super) fn end(&self) -> &[f64] {
         match self.pieces.last().expect("a curve has a piece") {
@@ -151,16 +166,19 @@ impl Curve {
 
     /// Evaluates the curve at `s`, clamped to its ends.
     pub(super) fn at(&self, s: f64) -> At {
-        let n = self.end().len();
-        let mut out = At { q: vec![0.0; n], dq: vec![0.0; n], ddq: vec![0.0; n] };
-        self.at_into(s, &mut out);
+        let mut out = At::new(self.end().len());
+        self.on_piece(self.piece_at(s), s, &mut out);
         out
     }
 
-    /// As [`Self::at`], into memory that is there already.
-    pub(super) fn at_into(&self, s: f64, out: &mut At) {
+    /// Returns which stretch `s` lies on, the later one where two meet.
+    pub(super) fn piece_at(&self, s: f64) -> usize {
+        self.knots.partition_point(|knot| *knot <= s).clamp(1, self.pieces.len()) - 1
+    }
+
+    /// As [`Self::at`], of the stretch numbered `piece`, into memory that is there already.
+    pub(super) fn on_piece(&self, piece: usize, s: f64, out: &mut At) {
         let s = s.clamp(0.0, self.length());
-        let piece = self.knots.partition_point(|knot| *knot <= s).clamp(1, self.pieces.len()) - 1;
         let h = self.knots[piece + 1] - self.knots[piece];
         let u = (s - self.knots[piece]) / h;
         let n = out.q.len();
@@ -172,22 +190,17 @@ impl Curve {
                     out.q[i] = if u < 1.0 { from[i] + u * d } else { to[i] };
                     out.dq[i] = d / h;
                     out.ddq[i] = 0.0;
+                    out.dddq[i] = 0.0;
                 }
             }
             Piece::Corner { from, corner, to } => {
+                let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = bend(u);
                 for i in 0..n {
-                    let c = [
-                        from[i],
-                        0.5 * (from[i] + corner[i]),
-                        corner[i],
-                        corner[i],
-                        0.5 * (corner[i] + to[i]),
-                        to[i],
-                    ];
-                    let (value, first, second) = bezier(c, u);
-                    out.q[i] = value;
-                    out.dq[i] = first / h;
-                    out.ddq[i] = second / (h * h);
+                    let (a, b) = (corner[i] - from[i], to[i] - corner[i]);
+                    out.q[i] = if u < 1.0 { from[i] + a0 * a + b0 * b } else { to[i] };
+                    out.dq[i] = (a1 * a + b1 * b) / h;
+                    out.ddq[i] = (a2 * a + b2 * b) / (h * h);
+                    out.dddq[i] = (a3 * a + b3 * b) / (h * h * h);
                 }
             }
             Piece::Cubic { from, to, slope_from, slope_to } => {
@@ -199,23 +212,25 @@ impl Curve {
                     out.q[i] = if u < 1.0 { from[i] + u * (a + u * (c2 + u * c3)) } else { to[i] };
                     out.dq[i] = (a + u * (2.0 * c2 + 3.0 * u * c3)) / h;
                     out.ddq[i] = (2.0 * c2 + 6.0 * u * c3) / (h * h);
+                    out.dddq[i] = 6.0 * c3 / (h * h * h);
                 }
             }
         }
     }
 }
 
-/// De Casteljau at degree 5: value and two derivatives.
-fn bezier(mut c: [f64; 6], u: f64) -> (f64, f64, f64) {
-    for level in 0..3 {
-        for i in 0..5 - level {
-            c[i] += u * (c[i + 1] - c[i]);
-        }
-    }
-    // Three points of degree 2 are left.
-    let second = 20.0 * (c[2] - 2.0 * c[1] + c[0]);
-    let (a, b) = (c[0] + u * (c[1] - c[0]), c[1] + u * (c[2] - c[1]));
-    (a + u * (b - a), 5.0 * (b - a), second)
+/// How much of its first and of its second leg a rounded corner has run through at `u`, and three derivatives of each.
+///
+/// The hodograph of the Bézier curve has the first leg at its first two control points, the second at its last two.
+fn bend(u: f64) -> ([f64; 4], [f64; 4]) {
+    let second = |u: f64| {
+        let uu = u * u;
+        let [first, bends] = [2.5 * uu * u * (4.0 - 3.0 * u), 30.0 * uu * (1.0 - u)];
+        [uu * uu * (2.5 - 1.5 * u), first, bends, u * (60.0 - 90.0 * u)]
+    };
+    // The first leg is the second, run through backwards.
+    let [value, first, bends, third] = second(1.0 - u);
+    ([1.0 - value, first, -bends, third], second(u))
 }
 
 #[cfg(test)]
@@ -233,6 +248,9 @@ mod tests {
                 assert!((first - here.dq[i]).abs() < 1e-6, "s {s}");
                 // The third derivative is bounded, so this also says that none jumps.
                 assert!((after.dq[i] - before.dq[i] - 2.0 * h * here.ddq[i]).abs() < 1e-9, "s {s}");
+                let bend = (after.ddq[i] - before.ddq[i]) / (2.0 * h);
+                let meets = curve.knots().iter().any(|knot| (knot - s).abs() <= h);
+                assert!(meets || (bend - here.dddq[i]).abs() < 1e-4, "s {s}: {bend}");
             }
         }
     }

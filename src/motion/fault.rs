@@ -160,8 +160,10 @@ pub enum SideFault {
     #[error("tool: xyz_m and rpy_deg must be finite")]
     ToolNumbers,
     /// Limits that are none, or too few.
-    #[error("max_acceleration_rad_s2 needs {joints} positive numbers")]
-    Accelerations {
+    #[error("{key} needs {joints} positive numbers")]
+    JointLimits {
+        /// Their key in the file.
+        key: &'static str,
         /// How many joints there are.
         joints: usize,
     },
@@ -238,7 +240,7 @@ pub enum Untimed {
     #[error("every point needs one finite number per joint")]
     Joints,
     /// Limits that limit nothing, or too few.
-    #[error("every joint needs a positive speed and acceleration limit")]
+    #[error("every joint needs a positive limit of speed, acceleration and jerk")]
     Limits,
 }
 

@@ -64,6 +64,7 @@ mod simplify;
 pub mod rrt;
 mod curve;
 mod profile;
+mod timing;
 pub mod trajectory;
 pub mod cartesian;
 

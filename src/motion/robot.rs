@@ -152,6 +152,8 @@ pub struct JointLimits {
     pub velocity: f64,
     /// Highest acceleration, rad/s² or m/s².
     pub acceleration: f64,
+    /// Highest jerk, rad/s³ or m/s³, where the robot's files state one.
+    pub jerk: Option<f64>,
     /// Highest torque or force, N·m or N; infinite if the file says none.
     pub effort: f64,
 }

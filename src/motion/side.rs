@@ -21,10 +21,19 @@ pub(super) struct SideFile {
     tool: Option<ToolPoint>,
     marker: Option<MarkerBall>,
     max_acceleration_rad_s2: Option<Vec<f64>>,
+    max_jerk_rad_s3: Option<Vec<f64>>,
     #[serde(default)]
     poses_deg: BTreeMap<String, Vec<f64>>,
     #[serde(default)]
     unchecked: Vec<Unchecked>,
+}
+
+/// Says so if a list of limits is not a positive number for each joint.
+fn positive(limits: &[f64], joints: usize, key: &'static str) -> Result<(), Error> {
+    if limits.len() < joints || limits.iter().any(|limit| limit.is_nan() || *limit <= 0.0) {
+        return Err(Error::SideFile { what: SideFault::JointLimits { key, joints } });
+    }
+    Ok(())
 }
 
 /// Where the tool centre point is: at a link of the URDF, or at a place on one.
@@ -136,13 +145,16 @@ impl SideFile {
         // A tip half-way up the arm has fewer joints than the file speaks of; the first ones are meant.
         let n = robot.joints.len();
         if let Some(limits) = &self.max_acceleration_rad_s2 {
-            if limits.len() < n || limits.iter().any(|a| a.is_nan() || *a <= 0.0) {
-                let what = SideFault::Accelerations { joints: n };
-                return Err(Error::SideFile { what });
-            }
+            positive(limits, n, "max_acceleration_rad_s2")?;
             robot.states_accelerations = true;
             for (joint, limit) in robot.joints.iter_mut().zip(limits) {
                 joint.acceleration = *limit;
+            }
+        }
+        if let Some(limits) = &self.max_jerk_rad_s3 {
+            positive(limits, n, "max_jerk_rad_s3")?;
+            for (joint, limit) in robot.joints.iter_mut().zip(limits) {
+                joint.jerk = Some(*limit);
             }
         }
         for (name, pose) in self.poses_deg {

@@ -1,22 +1,14 @@
-//! Joints over time: timed paths that keep speed and acceleration limits at every instant.
+//! Joints over time: timed paths that keep speed, acceleration and jerk limits at every instant.
 //!
-//! A path of corners is rounded inside what is free, then timed as fast as the limits allow, then
-//! smoothed in time so that the acceleration has no jumps. The geometric path is kept exactly: smoothing
-//! acts on how far along the path the arm is, not on where it goes. Rest to rest.
-//!
-//! Source: smoothing by a moving average: Biagiotti and Melchiorri, "FIR filters for online trajectory planning
-//! with time- and frequency-domain specifications", Control Engineering Practice 2012; timing: `profile`.
+//! A path of corners is rounded inside what is free, then timed (`timing`): as fast as the limits allow, along
+//! exactly that path, from rest to rest.
 
 use super::curve::{At, Curve};
 use super::error::Error;
 use super::fault::Untimed;
 use super::polyline::{l2, mix};
 pub use super::profile::Limits;
-use super::profile::{Profile, fastest};
-
-/// Acceleration goes from none to its limit in about this time, s. Chosen: at the Gen3's limits it means
-/// jerks of about 50 rad/s³; no jerk limit of the arm is published.
-const SMOOTHING: f64 = 0.1;
+use super::timing::Timing;
 
 /// A corner that can be cut no more than this is stopped at, rad: it would be crept through.
 const LEAST_CUT: f64 = 0.01;
@@ -56,8 +48,8 @@ struct Part {
 enum Law {
     /// The curve's parameter is time.
     Time,
-    /// A profile of constant accelerations between knots, averaged over a window.
-    Smoothed { profile: Profile, window: f64 },
+    /// As fast as limits allow.
+    Timed(Timing),
 }
 
 impl Part {
@@ -65,16 +57,16 @@ impl Part {
     fn along(&self, t: f64) -> [f64; 3] {
         match &self.law {
             Law::Time => [t.min(self.curve.length()), 1.0, 0.0],
-            Law::Smoothed { profile, window } => {
-                let (now, then) = (profile.at(t), profile.at(t - window));
-                std::array::from_fn(|i| (now[i] - then[i]) / window)
+            Law::Timed(timing) => {
+                let [s, ds, dds, _] = timing.along(t);
+                [s, ds, dds]
             }
         }
     }
 
     fn sample(&self, t: f64) -> Sample {
         let [s, ds, dds] = self.along((t / self.stretch).max(0.0));
-        let At { q, dq, ddq } = self.curve.at(s);
+        let At { q, dq, ddq, .. } = self.curve.at(s);
         let (k, kk) = (self.stretch, self.stretch * self.stretch);
         Sample {
             q,
@@ -86,9 +78,7 @@ impl Part {
     fn end(&self) -> Sample {
         let rest = vec![0.0; self.curve.end().len()];
         match self.law {
-            Law::Smoothed { .. } => {
-                Sample { q: self.curve.end().to_vec(), dq: rest.clone(), ddq: rest }
-            }
+            Law::Timed(_) => Sample { q: self.curve.end().to_vec(), dq: rest.clone(), ddq: rest },
             Law::Time => Sample { q: self.curve.end().to_vec(), ..self.sample(self.duration) },
         }
     }
@@ -113,47 +103,18 @@ impl Trajectory {
         if corners.len() < 2 {
             return Ok(Self::resting(&corners[0]));
         }
-        let mut cuts = cut_corners(&corners, max_cut, free);
-        let (mut whole, mut tight) = Self::with_cuts(&corners, &cuts, limits);
-        // A tight corner in the middle of a fast motion slows the whole of it: it may be quicker to stop
-        // there. One at a time, as long as that helps.
-        while let Some(corner) = tight {
-            let before = cuts[corner];
-            cuts[corner] = 0.0;
-            let (other, next) = Self::with_cuts(&corners, &cuts, limits);
-            if other.duration() >= whole.duration() {
-                cuts[corner] = before;
-                break;
-            }
-            (whole, tight) = (other, next);
-        }
-        Ok(whole)
-    }
-
-    /// Times the path with its corners cut so much; also returns the corner that slows it most, if any
-    /// does.
-    fn with_cuts(corners: &[Vec<f64>], cuts: &[f64], limits: &Limits) -> (Self, Option<usize>) {
+        let cuts = cut_corners(&corners, max_cut, free);
         let mut whole = Self { parts: Vec::new() };
-        let mut tight: Option<(f64, usize)> = None;
         let mut from = 0;
         for to in 1..corners.len() {
             // A corner that cannot be rounded is an end of one motion and the start of the next.
             if to + 1 == corners.len() || cuts[to] <= 0.0 {
                 let curve = Curve::rounded(&corners[from..=to], &cuts[from..=to]);
-                let (part, worst) = Part::timed(curve, limits);
-                let q = part.curve.at(worst).q;
-                let nearest = (from + 1..to)
-                    .min_by(|&a, &b| l2(&corners[a], &q).total_cmp(&l2(&corners[b], &q)));
-                if let Some(corner) = nearest
-                    && part.stretch > tight.map_or(1.05, |(stretch, _)| stretch)
-                {
-                    tight = Some((part.stretch, corner));
-                }
-                whole.push(part);
+                whole.push(Part::timed(curve, limits));
                 from = to;
             }
         }
-        (whole, tight.map(|(_, corner)| corner))
+        Ok(whole)
     }
 
     /// Times a dense path, as a Cartesian motion gives it, at the limits: a smooth curve through every point.
@@ -167,7 +128,7 @@ impl Trajectory {
             return Ok(Self::resting(&points[0]));
         }
         let mut whole = Self { parts: Vec::new() };
-        whole.push(Part::timed(Curve::through(&points), limits).0);
+        whole.push(Part::timed(Curve::through(&points), limits));
         Ok(whole)
     }
 
@@ -284,36 +245,11 @@ impl Trajectory {
 }
 
 impl Part {
-    /// Times a curve at the limits; also returns where on the curve they bind most.
-    fn timed(curve: Curve, limits: &Limits) -> (Self, f64) {
-        let profile = fastest(&curve, limits);
-        let duration = profile.duration() + SMOOTHING;
-        let law = Law::Smoothed { profile, window: SMOOTHING };
-        let mut part = Self { start: 0.0, duration, curve, law, stretch: 1.0 };
-        // Averaging keeps the limits on straight edges; on a rounded corner, and between the knots of the
-        // profile, it may pass them by a little. The whole is slowed by what that takes.
-        let n = (duration / 2.5e-4).ceil().clamp(200.0, 40_000.0) as usize;
-        let (mut stretch, mut worst) = (1.0, 0.0);
-        let mut at = part.curve.at(0.0);
-        for k in 0..=n {
-            let t = duration * k as f64 / n as f64;
-            let [s, ds, dds] = part.along(t);
-            part.curve.at_into(s, &mut at);
-            for i in 0..at.q.len() {
-                let (dq, ddq) = (at.dq[i] * ds, at.dq[i] * dds + at.ddq[i] * ds * ds);
-                // Between two of these instants nothing grows by more than these margins.
-                let speed = dq.abs() / limits.velocity[i] * 1.001;
-                let acc = (ddq.abs() / limits.acceleration[i] * 1.003).sqrt();
-                if speed.max(acc) > stretch {
-                    stretch = speed.max(acc);
-                    worst = t;
-                }
-            }
-        }
-        let worst = part.along(worst)[0];
-        part.stretch = stretch;
-        part.duration *= stretch;
-        (part, worst)
+    /// Times a curve at the limits.
+    fn timed(curve: Curve, limits: &Limits) -> Self {
+        let (timing, stretch) = Timing::of(&curve, limits);
+        let duration = timing.duration() * stretch;
+        Self { start: 0.0, duration, curve, law: Law::Timed(timing), stretch }
     }
 }
 
@@ -327,9 +263,8 @@ fn distinct(points: &[Vec<f64>], limits: &Limits) -> Result<Vec<Vec<f64>>, Error
     if points.iter().any(|p| p.len() != n || p.iter().any(|x| !x.is_finite())) {
         return fail(Untimed::Joints);
     }
-    if limits.acceleration.len() != n
-        || !limits.velocity.iter().chain(&limits.acceleration).all(|x| *x > 0.0)
-    {
+    let all = || limits.velocity.iter().chain(&limits.acceleration).chain(&limits.jerk);
+    if limits.acceleration.len() != n || limits.jerk.len() != n || !all().all(|x| *x > 0.0) {
         return fail(Untimed::Limits);
     }
     let mut kept: Vec<Vec<f64>> = Vec::with_capacity(points.len());

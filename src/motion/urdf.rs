@@ -125,6 +125,7 @@ impl Robot {
                 upper,
                 velocity,
                 acceleration,
+                jerk: None,
                 effort: if limit.effort > 0.0 { limit.effort } else { f64::INFINITY },
             });
             self.links[link].joint.drive = Drive::Joint { index, multiplier: 1.0, offset: 0.0 };

@@ -1,0 +1,229 @@
+//! When a curve is where: as fast as the speed, acceleration and jerk of every joint allow, from rest to rest.
+//!
+//! The profile of [`super::profile`] changes its acceleration at once. Its mean over a window of time does so gradually,
+//! and follows the same curve: smoothing acts on how far along the arm is, not on where it goes. Where a limit is then
+//! passed, the profile is made slower there, and only there; what little is left slows the whole.
+//!
+//! Every stretch of the result is a cubic in time along a polynomial. It is looked at where its pieces meet, from both
+//! sides, and so often between that nothing grows by more than a stated margin.
+//!
+//! Source: smoothing by a moving average: Biagiotti and Melchiorri, "FIR filters for online trajectory planning
+//! with time- and frequency-domain specifications", Control Engineering Practice 2012.
+
+use super::curve::{At, Curve};
+use super::polyline::mixed;
+use super::profile::{Limits, Profile, Shape, fastest};
+
+/// How often the profile is made slower where limits are passed. Chosen: later rounds gain less than 1 % of the duration on
+/// paths of the `MotionBenchMaker` problems.
+const ROUNDS: usize = 4;
+
+/// A share by which limits may be passed before another round is worth its time; the whole is slowed by it.
+const NEARLY: f64 = 1.003;
+
+/// Longest time between two looks, s.
+const LOOK: f64 = 0.01;
+
+/// Between two looks speed, acceleration and jerk grow by no more than these factors. A speed bends away from a straight
+/// line by an eighth of the jerk limit times [`LOOK`] squared, 0.05 % where full speed takes 0.25 s and full acceleration
+/// 0.1 s; the others by what was measured on random paths (`tests/motion/trajectory.rs`).
+const MARGIN: [f64; 3] = [1.001, 1.003, 1.01];
+
+/// How far along a curve one is over time.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Timing {
+    profile: Profile,
+    /// Time that the profile is averaged over, s.
+    window: f64,
+}
+
+impl Timing {
+    /// Times a curve; also returns by how much the whole has to be slowed for the limits to hold (at least 1).
+    pub(super) fn of(curve: &Curve, limits: &Limits) -> (Self, f64) {
+        let shape = Shape::of(curve, limits);
+        let mut looks = Looks::new(curve, limits);
+        let rises = limits.acceleration.iter().zip(&limits.jerk).map(|(a, j)| a / j * MARGIN[2]);
+        let rise = rises.fold(0.0, f64::max);
+        let mut best: Option<(Self, f64)> = None;
+        // In the longer window a push may turn into a brake at once, in the shorter one speeds are reached sooner.
+        for window in [rise, 2.0 * rise] {
+            let mut pace = vec![1.0; shape.len()];
+            for round in 0..ROUNDS {
+                let timing = Self { profile: fastest(&shape, limits, &pace), window };
+                let mut over = vec![1.0; shape.len()];
+                let stretch = timing.excess(&mut looks, &mut over);
+                if best.as_ref().is_none_or(|(best, slower)| {
+                    timing.duration() * stretch < best.duration() * slower
+                }) {
+                    best = Some((timing, stretch));
+                }
+                if stretch < NEARLY {
+                    if round == 0 && window == rise {
+                        return best.expect("a round was made");
+                    }
+                    break;
+                }
+                for (pace, over) in pace.iter_mut().zip(over) {
+                    *pace /= over;
+                }
+            }
+        }
+        best.expect("a round was made")
+    }
+
+    /// Returns how long it takes, s.
+    pub(super) fn duration(&self) -> f64 {
+        self.profile.duration() + self.window
+    }
+
+    /// Returns how far along the curve one is at `t`, and three rates of that.
+    pub(super) fn along(&self, t: f64) -> [f64; 4] {
+        self.mean(self.profile.at(t), self.profile.at(t - self.window))
+    }
+
+    fn mean(&self, now: [f64; 4], then: [f64; 4]) -> [f64; 4] {
+        std::array::from_fn(|i| (now[i] - then[i]) / self.window)
+    }
+
+    /// Returns by how much the whole has to be slowed for the limits to hold; raises `over` at each knot to how much it
+    /// has to be slowed there.
+    fn excess(&self, looks: &mut Looks, over: &mut [f64]) -> f64 {
+        let times = self.profile.times();
+        let last = times.len() - 1;
+        let mut worst = 1.0_f64;
+        // Knots that the profile has passed, and the profile a window ago: until either passes one more, the motion along
+        // the curve is one cubic.
+        let (mut now, mut then, mut t) = (1, 0, 0.0);
+        looks.begin();
+        while then <= last {
+            let next_now = times.get(now).copied().unwrap_or(f64::INFINITY);
+            let next_then = times[then] + self.window;
+            let end = next_now.min(next_then);
+            let rates = |t: f64| {
+                self.mean(self.profile.after(now, t), self.profile.after(then, t - self.window))
+            };
+            let passed = looks.through(&rates, t, end);
+            if passed > 1.0 {
+                worst = worst.max(passed);
+                for over in &mut over[then.saturating_sub(1)..=now.min(last)] {
+                    *over = over.max(passed);
+                }
+            }
+            t = end;
+            now += usize::from(next_now <= end);
+            then += usize::from(next_then <= end);
+        }
+        worst
+    }
+}
+
+/// Looks at a motion along a curve, from its start to its end.
+struct Looks<'c> {
+    curve: &'c Curve,
+    /// One over each limit, times what the motion may grow by between two looks: speeds, accelerations, jerks.
+    shares: [Vec<f64>; 3],
+    /// The stretch of the curve that was looked at last.
+    piece: usize,
+    /// The shares of the limits that a unit of each rate takes, on a straight stretch.
+    straight: Option<[f64; 3]>,
+    /// How far along, how fast, and with what acceleration the look before was, and the curve there.
+    before: [f64; 3],
+    at: At,
+}
+
+impl<'c> Looks<'c> {
+    fn new(curve: &'c Curve, limits: &Limits) -> Self {
+        let over = |list: &[f64], margin: f64| list.iter().map(|x| margin / x).collect();
+        let shares = [
+            over(&limits.velocity, MARGIN[0]),
+            over(&limits.acceleration, MARGIN[1]),
+            over(&limits.jerk, MARGIN[2]),
+        ];
+        let at = At::new(limits.velocity.len());
+        Self { curve, shares, piece: 0, straight: None, before: [0.0; 3], at }
+    }
+
+    fn begin(&mut self) {
+        self.before = [0.0; 3];
+        self.enter(0);
+    }
+
+    fn enter(&mut self, piece: usize) {
+        self.piece = piece;
+        self.curve.on_piece(piece, self.curve.knots()[piece], &mut self.at);
+        self.straight = self.curve.is_straight(piece).then(|| {
+            self.shares.each_ref().map(|share| {
+                self.at.dq.iter().zip(share).map(|(d, k)| d.abs() * k).fold(0.0, f64::max)
+            })
+        });
+    }
+
+    /// Returns by how much the whole would have to be slowed (at least 1) for the limits to hold from `from`, where the look
+    /// before was, to `to`; in between the motion along the curve, and three rates of it, are a cubic in time.
+    fn through(&mut self, rates: &impl Fn(f64) -> [f64; 4], from: f64, to: f64) -> f64 {
+        let [s, v, a, jerk] = rates(to);
+        // The jerk may have jumped since.
+        let [_, v_from, a_from] = self.before;
+        let mut passed = self.here([v_from, a_from, jerk]);
+        if self.straight.is_some() && s < self.curve.knots()[self.piece + 1] {
+            // Along what is straight the limits are passed most at the ends, or where the speed is highest.
+            if a_from * a < 0.0 {
+                let [_, highest, _, _] = rates(from + (to - from) * a_from / (a_from - a));
+                passed = passed.max(self.here([highest, 0.0, jerk]));
+            }
+            self.before = [s, v, a];
+            return passed.max(self.here([v, a, jerk]));
+        }
+        let steps = ((to - from) / LOOK).ceil().max(1.0);
+        for k in 1..steps as usize {
+            passed = passed.max(self.look(rates(from + (to - from) * k as f64 / steps)));
+        }
+        passed.max(self.look([s, v, a, jerk]))
+    }
+
+    /// Looks at `s`, passed at these rates. Where the curve's stretches meet since the look before, both sides of that are
+    /// looked at.
+    fn look(&mut self, [s, v, a, jerk]: [f64; 4]) -> f64 {
+        let mut passed = 1.0_f64;
+        let knots = self.curve.knots();
+        while self.piece + 2 < knots.len() && s >= knots[self.piece + 1] {
+            let met = knots[self.piece + 1];
+            let [far, fast, push] = self.before;
+            let share = if s > far { ((met - far) / (s - far)).clamp(0.0, 1.0) } else { 1.0 };
+            let then = [mixed(fast, v, share), mixed(push, a, share), jerk];
+            self.curve.on_piece(self.piece, met, &mut self.at);
+            passed = passed.max(self.here(then));
+            self.enter(self.piece + 1);
+            passed = passed.max(self.here(then));
+        }
+        self.before = [s, v, a];
+        self.curve.on_piece(self.piece, s, &mut self.at);
+        passed.max(self.here([v, a, jerk]))
+    }
+
+    /// Returns by how much the whole would have to be slowed (at least 1) where the curve was evaluated.
+    fn here(&self, [v, a, j]: [f64; 3]) -> f64 {
+        let [speed, acceleration, jerk] = match self.straight {
+            Some(most) => [most[0] * v.abs(), most[1] * a.abs(), most[2] * j.abs()],
+            None => self.bent([v, a, j]),
+        };
+        if speed <= 1.0 && acceleration <= 1.0 && jerk <= 1.0 {
+            return 1.0;
+        }
+        speed.max(acceleration.sqrt()).max(jerk.cbrt())
+    }
+
+    /// Returns the shares of the limits of speed, acceleration and jerk that are taken where the curve was evaluated.
+    fn bent(&self, [v, a, j]: [f64; 3]) -> [f64; 3] {
+        let mut most = [0.0_f64; 3];
+        let (vv, va, vvv) = (v * v, 3.0 * v * a, v * v * v);
+        let At { dq, ddq, dddq, .. } = &self.at;
+        for i in 0..dq.len() {
+            let share = |k: usize, rate: f64| rate.abs() * self.shares[k][i];
+            most[0] = most[0].max(share(0, dq[i] * v));
+            most[1] = most[1].max(share(1, dq[i] * a + ddq[i] * vv));
+            most[2] = most[2].max(share(2, dq[i] * j + ddq[i] * va + dddq[i] * vvv));
+        }
+        most
+    }
+}
