@@ -81,6 +81,7 @@ pub(super) fn options(cli: &Shared, script: Option<Source>) -> Result<Options, F
         seed: cli.common.seed,
         switches,
         candidates: cli.cell.candidates,
+        means: cli.cell.motion.into(),
         is_real_time: cli.cell.pace == Pace::Real,
         clock,
     })

@@ -248,7 +248,7 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Completions(args)), _) => Ok(completions::completions(args, style)),
         (Some(Command::Explain(args)), _) => explain::explain(args, style),
         (Some(Command::Graph(args)), _) => graph::graph(args, shared, style),
-        (Some(Command::Robot(command)), _) => robot::robot(command, shared.common.seed, style),
+        (Some(Command::Robot(command)), _) => robot::robot(command, shared, style),
         (Some(Command::Camera(command)), _) => {
             camera::camera(command, shared.cell.scene.as_ref(), style)
         }

@@ -11,7 +11,8 @@ const DEVICES: &[&str] = &["robot", "camera_at", "scales_at"];
 /// What a performance takes beside what a rehearsal does.
 const PERFORMS: &[&str] = &["verbose", "speed", "stream", "pace", "yes", "record", "explore"];
 /// What a rehearsal, or a laboratory by itself, is made with.
-const REHEARSES: &[&str] = &["seed", "scene", "stdlib", "candidates", "without_regression"];
+const REHEARSES: &[&str] =
+    &["seed", "scene", "stdlib", "candidates", "motion", "without_regression"];
 /// A model that answers questions.
 const MODEL: &[&str] = &["ask_endpoint", "ask_model", "ask_timeout"];
 /// Trials draw their own laboratories.
@@ -32,7 +33,8 @@ fn acting(command: &str) -> Vec<&'static str> {
         "gap" | "doc" | "say" => &[&["scene", "stdlib"]],
         "check" | "lsp" | "vqa probe" => &[&["stdlib"]],
         "lab hide" => &[&["seed", "stdlib", "lab"]],
-        "vqa eval" | "robot ik" | "robot plan" => &[&["seed"]],
+        "robot plan" => &[&["seed", "motion"]],
+        "vqa eval" | "robot ik" => &[&["seed"]],
         "runs" | "replay" | "report" | "export" | "vqa label" => &[&["record"]],
         "marks" | "camera see" | "scene from" | "align hand-eye" => &[&["scene"]],
         _ => &[],

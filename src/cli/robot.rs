@@ -14,6 +14,7 @@ use super::answer::robot as answer;
 use super::answer::robot_check;
 use super::clock::clock;
 use super::inputs::{data, read};
+use super::shared::Shared;
 use super::signals::{is_interrupted, watch_interrupt};
 use crate::report::exit::Exit;
 
@@ -134,8 +135,13 @@ fn rows_of(robot: &Robot, line: Option<&String>, file: Option<&PathBuf>) -> Resu
 type Rows = Vec<Vec<f64>>;
 
 /// `trueup robot ...`.
-pub(super) fn robot(command: &RobotCommand, seed: u64, style: Style) -> Result<Exit, Failure> {
+pub(super) fn robot(
+    command: &RobotCommand,
+    shared: &Shared,
+    style: Style,
+) -> Result<Exit, Failure> {
     let mut now_us = || clock() * 1e6;
+    let (seed, motion) = (shared.common.seed, shared.cell.motion);
     match command {
         RobotCommand::Fk(args) => {
             let robot = robot_of(&args.which)?;
@@ -196,7 +202,11 @@ pub(super) fn robot(command: &RobotCommand, seed: u64, style: Style) -> Result<E
             let settings = rrt::Settings::seeded(seed);
             watch_interrupt()?;
             let budget = Budget::new(is_interrupted);
-            let found = match answer::plan(&robot, &problem, &settings, &budget, &mut now_us) {
+            let found = {
+                let means = motion.into();
+                answer::plan(&robot, &problem, means, &settings, &budget, &mut now_us)
+            };
+            let found = match found {
                 Err(motion::Error::Cancelled) => return Ok(Exit::Stopped),
                 found => found.map_err(|error| failure(&error).at(place))?,
             };

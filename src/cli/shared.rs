@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::http::Address;
+use crate::motion::free::Means;
 use crate::workcell::CANDIDATES;
 
 use super::numbers;
@@ -31,6 +32,24 @@ pub(super) struct Common {
     /// All chance comes from this number.
     #[arg(long, global = true, help_heading = EVERYWHERE, default_value_t = 1)]
     pub(super) seed: u64,
+}
+
+/// How free motions are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Motion {
+    /// Paths are searched.
+    Rrt,
+    /// The arm is pulled and pushed.
+    Rmpflow,
+}
+
+impl From<Motion> for Means {
+    fn from(motion: Motion) -> Self {
+        match motion {
+            Motion::Rrt => Self::Rrt,
+            Motion::Rmpflow => Self::Rmpflow,
+        }
+    }
 }
 
 /// How fast the laboratory's time passes while the arm moves.
@@ -85,6 +104,9 @@ pub(super) struct CellArgs {
     /// How many plans are tried in the twin at most before the arm moves, from 1 to 64; one that spills nothing is enough.
     #[arg(long, global = true, help_heading = PLANS, value_name = "N", default_value_t = CANDIDATES, value_parser = numbers::candidates)]
     pub(super) candidates: usize,
+    /// How free motions are found: `rrt`, a searched path, or `rmpflow`, pulled by the goal and pushed by obstacles.
+    #[arg(long, global = true, help_heading = PLANS, value_name = "MEANS", default_value = "rrt", hide_possible_values = true)]
+    pub(super) motion: Motion,
     /// Leave a regression out, to see what it is worth: 1 camera alignment, 2 intrinsics, 3 robot offset.
     #[arg(long, global = true, help_heading = PLANS, value_name = "1|2|3", value_delimiter = ',')]
     pub(super) without_regression: Vec<u8>,

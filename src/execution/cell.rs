@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::arm::limits::{Cleared, ClearedGrip, LimitError, Limits};
 use crate::motion::Robot;
+use crate::motion::free::Means;
 use crate::motion::trajectory::Trajectory;
 use crate::twin::Settings;
 use crate::world::frame::{Tool, World};
@@ -21,6 +22,8 @@ pub struct Cell {
     pub limits: Limits,
     /// How the finger pads hold.
     pub pads: Pads,
+    /// How free motions are found.
+    pub means: Means,
 }
 
 impl Cell {

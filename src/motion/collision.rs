@@ -253,13 +253,27 @@ impl<'a> CollisionWorld<'a> {
     /// Returns the robot and the obstacles for eight configurations at once.
     pub(super) fn batch(&self) -> &Batch {
         self.batch.get_or_init(|| {
-            let parts = self.parts.iter().enumerate().map(|(at, part)| {
-                let watched = self.watched.iter().filter(|(part, _)| *part == at);
-                (part.link, &part.solids[..], watched.map(|(_, o)| *o as u32).collect())
-            });
             let obstacles = self.obstacles.iter().map(|(_, body)| body);
-            Batch::of(&self.frames, parts, &self.pairs, obstacles)
+            Batch::of(&self.frames, self.watched_parts(), &self.pairs, obstacles)
         })
+    }
+
+    /// Returns each part's link, its solids there, and the obstacles that it must not touch, by place.
+    pub(super) fn watched_parts(&self) -> impl Iterator<Item = (usize, &[Body], Vec<u32>)> {
+        self.parts.iter().enumerate().map(|(at, part)| {
+            let watched = self.watched.iter().filter(|(part, _)| *part == at);
+            (part.link, &part.solids[..], watched.map(|(_, o)| *o as u32).collect())
+        })
+    }
+
+    /// Returns the obstacles, by name.
+    pub(super) fn bodies(&self) -> &[(String, Body)] {
+        &self.obstacles
+    }
+
+    /// Returns the frames that joints move.
+    pub(super) fn frames(&self) -> &Frames {
+        &self.frames
     }
 
     /// Returns whether `q` keeps its margin everywhere. `q` must have one entry per joint.

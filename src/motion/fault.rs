@@ -190,6 +190,19 @@ pub enum NoWay {
         /// Configurations reached from the goals.
         goal: usize,
     },
+    /// A reactive motion found its balance before its goal.
+    #[error(
+        "the motion came to rest {left_mm} mm and {joints_deg} deg of its joints before its goal"
+    )]
+    CameToRest {
+        /// How far the tip is from its target, mm.
+        left_mm: u32,
+        /// How far the joints are from the goal, deg (Euclidean).
+        joints_deg: u32,
+    },
+    /// A reactive motion that touches something, or comes too near.
+    #[error("the motion grazes something")]
+    Grazes,
 }
 
 /// What stops a motion of the tip along a line or about a point.

@@ -1,7 +1,7 @@
 //! A goal becomes joints over time: robot model, kinematics, dynamics, planning, timing.
 //!
 //! [`Robot`] is read from a URDF and constant. [`ik`] turns a pose into joint positions, [`rrt`] joint
-//! positions into a collision-free path through a [`collision::CollisionWorld`], [`trajectory`] a path
+//! positions into a collision-free path through a [`collision::CollisionWorld`] by a search, [`rmpflow`] by policies, [`trajectory`] a path
 //! into joints over time within their limits. Nothing here knows physics beyond rigid-body torques, and
 //! nothing moves an arm.
 //!
@@ -62,6 +62,11 @@ mod growth;
 mod connect;
 mod simplify;
 pub mod rrt;
+mod outward;
+mod rmp;
+mod pullback;
+pub mod rmpflow;
+pub mod free;
 mod curve;
 mod profile;
 mod timing;

@@ -189,7 +189,7 @@ fn mended<'s>(
 }
 
 /// Checks that a path may begin or end at `q`.
-fn check_end(
+pub(super) fn check_end(
     robot: &Robot,
     world: &CollisionWorld<'_>,
     cone: Option<&Cone>,

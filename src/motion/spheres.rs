@@ -45,17 +45,51 @@ pub(super) fn cover(body: &Body) -> (Vec<Sphere>, bool) {
     }
 }
 
+/// Returns spheres inside a body that touch much of its surface, in its frame: what a motion keeps away from others.
+pub(super) fn inner(body: &Body) -> Vec<Sphere> {
+    let within = |half: &Vector3<f64>| {
+        let (counts, cell) = grain(half);
+        places(counts, cell, *half).map(move |centre| (centre, cell.min())).collect::<Vec<_>>()
+    };
+    match *body {
+        Body::Round { a, b, radius } => {
+            let gaps = ((b - a).norm() / radius.max(1e-6)).ceil().clamp(0.0, ROW);
+            let at = |k: usize| if gaps > 0.0 { a + (b - a) * (k as f64 / gaps) } else { a };
+            (0..=gaps as usize).map(|k| (at(k), radius)).collect()
+        }
+        Body::Cuboid { frame, half } => {
+            within(&half).into_iter().map(|(centre, r)| (frame.point(&centre), r)).collect()
+        }
+        Body::Cylinder { frame, radius, half } => {
+            let inside = Vector3::new(radius, radius, half);
+            within(&inside).into_iter().map(|(centre, r)| (frame.point(&centre), r)).collect()
+        }
+    }
+}
+
 /// Returns spheres about the cells of a box, in its frame.
 fn cells(half: &Vector3<f64>) -> impl Iterator<Item = Sphere> {
+    let (counts, cell) = grain(half);
+    places(counts, cell, *half).map(move |centre| (centre, cell.norm()))
+}
+
+/// Returns how many cells a box is cut into along each edge, and half the edges of one.
+fn grain(half: &Vector3<f64>) -> ([usize; 3], Vector3<f64>) {
     // As near to cubes as can be: as many along an edge as the thinnest goes into it, and at least two along the longest.
     let grain = half.min().max(half.max() / ALONG).min(0.5 * half.max());
     let counts = half.map(|edge| if grain > 0.0 { (edge / grain).ceil().max(1.0) } else { 1.0 });
-    let cell = half.component_div(&counts);
-    let half = *half;
-    let [nx, ny, nz] = [counts.x, counts.y, counts.z].map(|n| n as usize);
+    ([counts.x, counts.y, counts.z].map(|n| n as usize), half.component_div(&counts))
+}
+
+/// Returns the middles of the cells of a box.
+fn places(
+    [nx, ny, nz]: [usize; 3],
+    cell: Vector3<f64>,
+    half: Vector3<f64>,
+) -> impl Iterator<Item = Vector3<f64>> {
     (0..nx * ny * nz).map(move |k| {
         let at = Vector3::new((k % nx) as f64, (k / nx % ny) as f64, (k / nx / ny) as f64);
-        (cell.component_mul(&(at * 2.0).add_scalar(1.0)) - half, cell.norm())
+        cell.component_mul(&(at * 2.0).add_scalar(1.0)) - half
     })
 }
 

@@ -62,7 +62,8 @@ use crate::execution::script::Scripts;
 use crate::graph::{self, Graph, InScene};
 use crate::language::ast::{Call, Step};
 use crate::language::{Diagnostic, Library, Source};
-use crate::motion::robot::Robot;
+use crate::motion::Robot;
+use crate::motion::free::Means;
 use crate::trace::Observer;
 use crate::twin::Settings;
 use crate::twin::render::{ArmLook, View};
@@ -90,6 +91,7 @@ struct Parts {
     known: Known,
     /// The share of full speed that the arm is held to.
     pace: f64,
+    means: Means,
     belief: Belief,
     cancel: Cancel,
 }
@@ -141,25 +143,26 @@ impl WorkCell {
         };
         let is_real_time =
             options.is_real_time || !matches!(options.robot.as_str(), "lab" | "twin");
-        let Options { robot: robot_name, stdlib, seed, switches, candidates, clock, .. } = options;
+        let Options { robot: robot_name, stdlib, seed, switches, candidates, means, clock, .. } =
+            options;
         let candidates = candidates.max(1);
         let setup =
             Setup { library, stdlib, robot_name, seed, switches, candidates, is_real_time, clock };
         let belief = Belief::new(scene.clone());
         let cancel = Cancel::default();
-        let parts = Parts { setup, scene, robot, known, pace, belief, cancel };
+        let parts = Parts { setup, scene, robot, known, pace, means, belief, cancel };
         Ok(Self::with(parts, devices))
     }
 
     /// Puts a cell together.
     fn with(parts: Parts, devices: Devices) -> Self {
         let Devices { arm, camera, scales, limits: _ } = devices;
-        let Parts { setup, scene, robot, known, pace, belief, cancel } = parts;
+        let Parts { setup, scene, robot, known, pace, means, belief, cancel } = parts;
         let limits = Limits { pace, ..Limits::default() };
         let mut settings = Settings::for_arm(&robot);
         known.change(&mut settings);
         let pads = Pads::of(&settings);
-        let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits, pads };
+        let cell = Cell { robot: robot.clone(), scene: scene.clone(), limits, pads, means };
         let look = ArmLook::new(&robot);
         let audience = Audience::default();
         let controls = Controls { cancel, dial: Dial::default() };

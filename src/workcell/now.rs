@@ -31,6 +31,7 @@ impl WorkCell {
             robot: self.model.cell.robot.clone(),
             known: self.model.known.clone(),
             pace: 1.0,
+            means: self.model.cell.means,
             belief: Belief::knowing(scene, &state),
             // Whoever wants to stop one wants to stop the other.
             cancel: self.controls.cancel.clone(),

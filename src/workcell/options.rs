@@ -4,6 +4,7 @@ use super::Stdlib;
 use crate::execution::calibrate::Switches;
 use crate::lab::{LabSettings, Spot};
 use crate::language::Source;
+use crate::motion::free::Means;
 
 /// How many candidates are rehearsed at most unless somebody says otherwise. Chosen: two cores rehearse four pours in
 /// the time that the arm needs for one; more pay where things stand close together.
@@ -28,6 +29,8 @@ pub struct Options {
     pub switches: Switches,
     /// How many candidates are rehearsed at most for one attempt, 1 or more; [`CANDIDATES`] unless there is a reason.
     pub candidates: usize,
+    /// How free motions are found.
+    pub means: Means,
     /// Whether the laboratory's arm moves no faster than time passes by `clock`.
     pub is_real_time: bool,
     /// Returns seconds since some instant; only differences are used.

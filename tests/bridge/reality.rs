@@ -13,6 +13,7 @@ use trueup::arm::{Camera as _, Scales as _};
 use trueup::execution::calibrate::Switches;
 use trueup::lab::LabSettings;
 use trueup::language::Source;
+use trueup::motion::free::Means;
 use trueup::workcell::{CANDIDATES, Laboratory, Options, Stdlib, laboratory};
 
 /// Answers each line of one connection after the other; `None` hangs up.
@@ -65,6 +66,7 @@ impl Reality {
             seed,
             switches: Switches::default(),
             candidates: CANDIDATES,
+            means: Means::default(),
             is_real_time: false,
             clock: || 0.0,
         };

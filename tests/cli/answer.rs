@@ -3,6 +3,7 @@
 use serde_json::{Value, json, to_value};
 use trueup::cli::answer::robot::{Problem, dynamics, fk, ik, joint_rows, plan, pose_rows};
 use trueup::motion::dynamics::Bodies;
+use trueup::motion::free::Means;
 use trueup::motion::rrt::Settings;
 use trueup::motion::{Budget, Error, Robot};
 
@@ -87,7 +88,8 @@ fn a_plan_is_timed_inside_the_limits_and_free_all_the_way() {
     let robot = Robot::gen3();
     let problem = Problem::parse(&problem().to_string()).unwrap();
     let run = Budget::new(|| false);
-    let answer = plan(&robot, &problem, &Settings::default(), &run, &mut clock()).unwrap();
+    let answer =
+        plan(&robot, &problem, Means::default(), &Settings::default(), &run, &mut clock()).unwrap();
     let answer = to_value(answer).unwrap();
     assert_eq!(answer["found"], true);
     let rows = |value: &Value| -> Vec<Vec<f64>> { serde_json::from_value(value.clone()).unwrap() };
@@ -119,7 +121,8 @@ fn a_problem_that_cannot_be_solved_or_read_says_why() {
     let mut blocked = problem();
     blocked["obstacles"][0]["pose"]["xyz_m"] = json!([0.45, -0.3, 0.4]);
     let blocked = Problem::parse(&blocked.to_string()).unwrap();
-    let answer = plan(&robot, &blocked, &Settings::default(), &run, &mut clock()).unwrap();
+    let answer =
+        plan(&robot, &blocked, Means::default(), &Settings::default(), &run, &mut clock()).unwrap();
     let answer = to_value(answer).unwrap();
     assert_eq!(answer["found"], false);
     assert!(answer["reason"].as_str().unwrap().contains("goal is in collision"), "{answer}");
@@ -137,7 +140,7 @@ fn a_problem_with_bad_numbers_is_refused_and_never_panics() {
     let ask = |problem: &Value| -> Result<Value, Error> {
         let problem = Problem::parse(&problem.to_string())?;
         let budget = Budget::of(20_000_000, || false);
-        plan(&robot, &problem, &Settings::default(), &budget, &mut clock())
+        plan(&robot, &problem, Means::default(), &Settings::default(), &budget, &mut clock())
             .map(|answer| to_value(answer).unwrap())
     };
     let home = problem()["start"].clone();

@@ -14,6 +14,7 @@ use trueup::kortex::link::Login;
 use trueup::kortex::messages::common::ArmState;
 use trueup::kortex::messages::motion::{JointSpeed, JointSpeeds};
 use trueup::kortex::rpc::base;
+use trueup::motion::free::Means;
 use trueup::motion::robot::Robot;
 use trueup::motion::trajectory::{Limits, Trajectory};
 use trueup::twin::Settings;
@@ -25,7 +26,13 @@ use super::{admin, eager, emulator};
 fn cell() -> Cell {
     let robot = Arc::new(Robot::gen3());
     let pads = Pads::of(&Settings::for_arm(&robot));
-    Cell { robot, scene: Arc::new(kitchen::scene()), limits: Gate::default(), pads }
+    Cell {
+        robot,
+        scene: Arc::new(kitchen::scene()),
+        limits: Gate::default(),
+        pads,
+        means: Means::default(),
+    }
 }
 
 pub(super) fn client(emulator: &Emulator) -> Client {

@@ -10,6 +10,7 @@ use trueup::kortex::arm::{KortexArm, Options as Client};
 use trueup::lab::{Lab, LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::parse_line;
+use trueup::motion::free::Means;
 use trueup::trace::Nobody;
 use trueup::workcell::{CANDIDATES, Devices, Ending, Options, Run, Stdlib, WorkCell};
 
@@ -34,6 +35,7 @@ fn options() -> Options {
         seed: 1,
         switches: Switches { offset: false, ..Switches::default() },
         candidates: CANDIDATES,
+        means: Means::default(),
         is_real_time: false,
         clock: no_time,
     }

@@ -10,6 +10,7 @@ use trueup::execution::context::ActionContext;
 use trueup::execution::decisions::{DecisionLog, Entry, Kind};
 use trueup::execution::script::{ScriptError, ScriptValue, Scripts};
 use trueup::execution::twin_arm::TwinBody;
+use trueup::motion::free::Means;
 use trueup::motion::robot::Robot;
 use trueup::trace::Nobody;
 use trueup::twin::Settings;
@@ -36,7 +37,7 @@ fn pour(filled: f64, amount: f64, log: DecisionLog) -> Result<(DecisionLog, f64)
     let mut state = kitchen::state([0.557, 0.055, 0.7], [0.526, -0.21, 0.0]);
     state.objects[0].water = Some(filled);
     let twin = twin(&scene, &state);
-    let cell = Cell { robot, scene, limits: Limits::default(), pads };
+    let cell = Cell { robot, scene, limits: Limits::default(), pads, means: Means::default() };
     let context = ActionContext::new(
         cell,
         Box::new(TwinBody::new(twin.clone())),

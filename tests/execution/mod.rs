@@ -24,6 +24,7 @@ use trueup::execution::context::ActionContext;
 use trueup::execution::decisions::DecisionLog;
 use trueup::execution::script::Scripts;
 use trueup::execution::twin_arm::{SharedTwin, TwinBody};
+use trueup::motion::free::Means;
 use trueup::motion::robot::Robot;
 use trueup::trace::Nobody;
 use trueup::twin::{Settings, Twin};
@@ -41,7 +42,7 @@ fn cell() -> Cell {
     }
     let robot = Arc::new(Robot::gen3());
     let pads = Pads::of(&Settings::for_arm(&robot));
-    Cell { robot, scene: Arc::new(scene), limits: Limits::default(), pads }
+    Cell { robot, scene: Arc::new(scene), limits: Limits::default(), pads, means: Means::default() }
 }
 
 /// The arm at `q`, the jar at `jar` (x, y m, yaw rad), the cup out of the way.

@@ -7,5 +7,6 @@ mod collision;
 mod ik;
 mod reference;
 pub(crate) mod robots;
+mod rmpflow;
 mod rrt;
 mod trajectory;

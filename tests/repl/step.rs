@@ -9,6 +9,7 @@ use trueup::execution::calibrate::Switches;
 use trueup::lab::{LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::{Source, text};
+use trueup::motion::free::Means;
 use trueup::repl::{Hands, Leave, run_on};
 use trueup::report::{Failure, Style};
 use trueup::trace::Nobody;
@@ -36,6 +37,7 @@ pub(super) fn options() -> Options {
         seed: 1,
         switches: Switches { offset: false, ..Switches::default() },
         candidates: CANDIDATES,
+        means: Means::default(),
         is_real_time: false,
         clock: || 0.0,
     }

@@ -10,6 +10,7 @@ use trueup::execution::calibrate::Switches;
 use trueup::lab::LabSettings;
 use trueup::language::ast::Step;
 use trueup::language::text;
+use trueup::motion::free::Means;
 use trueup::repl::{Hands, Leave, run_on};
 use trueup::report::{Failure, Style};
 use trueup::workcell::{CANDIDATES, Options, Run, Stdlib, WorkCell};
@@ -24,6 +25,7 @@ fn cell() -> WorkCell {
         seed: 1,
         switches: Switches::default(),
         candidates: CANDIDATES,
+        means: Means::default(),
         is_real_time: false,
         clock: || 0.0,
     };

@@ -4,6 +4,7 @@ use trueup::execution::calibrate::Switches;
 use trueup::lab::{LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::{Source, parse_line};
+use trueup::motion::free::Means;
 use trueup::trace::Nobody;
 use trueup::vqa::{On, Said};
 use trueup::workcell::{CANDIDATES, Ending, Error, Options, Stdlib, WorkCell};
@@ -232,6 +233,7 @@ fn options() -> Options {
         seed: 1,
         switches: Switches { offset: false, ..Switches::default() },
         candidates: CANDIDATES,
+        means: Means::default(),
         is_real_time: false,
         clock: no_time,
     }

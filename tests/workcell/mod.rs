@@ -25,6 +25,7 @@ use trueup::execution::calibrate::Switches;
 use trueup::lab::{LabSettings, Spot};
 use trueup::language::ast::{Call, Step};
 use trueup::language::{Source, parse_line};
+use trueup::motion::free::Means;
 use trueup::trace::{Event, Nobody, Observer, Outcome};
 use trueup::workcell::record::Recorder;
 use trueup::workcell::{CANDIDATES, Ending, Options, Run, State, Stdlib, WorkCell};
@@ -45,6 +46,7 @@ fn options(lab: LabSettings, seed: u64) -> Options {
         seed,
         switches: Switches::default(),
         candidates: CANDIDATES,
+        means: Means::default(),
         is_real_time: false,
         clock: no_time,
     }

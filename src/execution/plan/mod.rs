@@ -21,6 +21,7 @@ use crate::motion::budget::Budget;
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::dynamics::{Bodies, Dynamics, GRAVITY};
 use crate::motion::escape;
+use crate::motion::free;
 use crate::motion::ik::{self, Solver};
 use crate::motion::robot::Robot;
 use crate::motion::rrt::{self, Cone};
@@ -336,8 +337,9 @@ impl Planner {
         let out = escape::leave(&solver, &world, &self.q, cone.as_ref(), &self.budget);
         let out = out.unwrap_or_else(|| vec![self.q.clone()]);
         let start = out.last().unwrap_or(&self.q);
+        let (means, cone) = (self.cell.means, cone.as_ref());
         let found =
-            rrt::plan(&solver, &world, start, &goals, cone.as_ref(), &settings, &self.budget);
+            free::plan(means, &solver, &world, start, &goals, cone, &settings, &self.budget);
         match found {
             Ok(path) => Ok(Way { out, on: path.corners }),
             Err(error) => Err(NoWay { what: "to get there".to_owned(), why: error.into() }),
