@@ -9,8 +9,10 @@ use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use trueup::motion::collision::{CollisionWorld, Obstacle};
 use trueup::motion::dynamics::{Bodies, Dynamics};
 use trueup::motion::ik::{Options, Solver};
+use trueup::motion::rmpflow::{Moving, Policy, Target};
 use trueup::motion::rrt::{Settings, plan};
 use trueup::motion::solid::Solid;
+use trueup::motion::trajectory::{Limits, Trajectory};
 use trueup::motion::{Budget, Robot};
 use trueup::world::Pose;
 
@@ -87,5 +89,42 @@ fn parts(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, planning, parts);
+/// How long it takes to time a path, and a step of the policies takes.
+fn timing(criterion: &mut Criterion) {
+    let robot = Robot::gen3();
+    let limits = Limits::of(&robot);
+    let home = robot.pose("home").unwrap();
+    let moved = |k: usize| -> Vec<f64> {
+        home.iter().enumerate().map(|(i, q)| q + 0.8 * ((k * 7 + i) as f64).sin()).collect()
+    };
+    let corners: Vec<Vec<f64>> = (0..5).map(moved).collect();
+    let points: Vec<Vec<f64>> = (0..100)
+        .map(|k| home.iter().enumerate().map(|(i, q)| q + (0.01 * (k * (i + 1)) as f64).sin()))
+        .map(Iterator::collect)
+        .collect();
+    let mut group = criterion.benchmark_group("timing");
+    for (name, corners) in [("straight", &corners[..2]), ("five corners", &corners[..])] {
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                Trajectory::through_corners(black_box(corners), &limits, 0.2, &|_, _| true)
+            });
+        });
+    }
+    group.bench_function("a hundred points", |bencher| {
+        bencher.iter(|| Trajectory::through_points(black_box(&points), &limits));
+    });
+    let table = Solid::Cuboid { half: Vector3::new(0.6, 0.6, 0.01) };
+    let table = Obstacle::new("table", table, Isometry3::translation(0.5, 0.0, -0.01));
+    let world = CollisionWorld::new(&robot).with(&[table]);
+    let mut policy = Policy::new(&world);
+    let tip = *robot.forward(&corners[1]).unwrap().isometry();
+    let target = Target { tip, posture: corners[1].clone(), upright: None };
+    let start = Moving { q: home.to_vec(), dq: vec![0.1; home.len()] };
+    group.bench_function("a step of the policies", |bencher| {
+        bencher.iter(|| policy.step(&mut start.clone(), &target).unwrap());
+    });
+    group.finish();
+}
+
+criterion_group!(benches, planning, parts, timing);
 criterion_main!(benches);

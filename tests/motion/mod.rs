@@ -5,6 +5,7 @@ mod benchmaker;
 mod cartesian;
 mod collision;
 mod ik;
+mod problems;
 mod reference;
 pub(crate) mod robots;
 mod rmpflow;
