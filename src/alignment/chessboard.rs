@@ -15,6 +15,7 @@ use nalgebra::Vector2;
 
 use self::grid::Grid;
 use self::saddle::Saddles;
+pub(super) use self::subpixel::refine;
 use super::picture::Plane;
 use crate::world::{Pixel, Point, frame};
 
@@ -210,7 +211,7 @@ fn refined(levels: &[Plane], level: usize, grid: &Grid) -> Result<Vec<Pixel>, No
         lost = 0;
         for i in 0..corners.len() {
             let radius = (WINDOW.0 * free(&corners, i, grid)).max(WINDOW.1);
-            match subpixel::refine(plane, corners[i], radius) {
+            match refine(plane, corners[i], radius) {
                 Some(at) => corners[i] = at,
                 None => lost += 1,
             }

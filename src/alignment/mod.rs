@@ -32,6 +32,7 @@ pub mod decode;
 pub mod picture;
 pub mod marks;
 pub mod chessboard;
+pub mod boards;
 pub mod ball;
 pub mod outline;
 pub mod placement;

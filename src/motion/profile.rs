@@ -10,8 +10,9 @@ use super::curve::{At, Curve};
 use super::robot::Robot;
 
 /// An acceleration goes from none to its limit in this time, s, where no jerk limit is known. Chosen: no jerk limit of the
-/// Gen3 is published; at its accelerations this means 49 to 86 rad/s³.
-const TIME_TO_FULL_ACCELERATION: f64 = 0.1;
+/// Gen3 is published; at its accelerations this means 99 to 172 rad/s³. With twice as much a hand turns back too late to end a
+/// pour: 35 mL for 30.
+const TIME_TO_FULL_ACCELERATION: f64 = 0.05;
 
 /// Limits of a motion, one entry per joint.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +26,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Returns limits of speed (rad/s) and acceleration (rad/s²), the acceleration reached from none in 0.1 s.
+    /// Returns limits of speed (rad/s) and acceleration (rad/s²), the acceleration reached from none in 0.05 s.
     pub fn new(velocity: Vec<f64>, acceleration: Vec<f64>) -> Self {
         let jerk = acceleration.iter().map(|a| a / TIME_TO_FULL_ACCELERATION).collect();
         Self { velocity, acceleration, jerk }

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use crate::alignment::chessboard::NotFound;
+use crate::alignment::boards::NotFound;
 use crate::alignment::intrinsics::coverage::Coverage;
 use crate::alignment::intrinsics::lens::Compared;
 use crate::alignment::intrinsics::{Calibration, View};

@@ -5,6 +5,7 @@ mod image_map;
 mod map_trust;
 mod intrinsics;
 mod camera_fit;
+mod boards;
 mod chessboard;
 mod hand_eye;
 mod offset;

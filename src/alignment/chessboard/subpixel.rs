@@ -20,7 +20,11 @@ const REST: f64 = 1e-4;
 
 /// Returns the corner near `start`, px of the plane, from pixels within `radius` px; `None` when it
 /// leaves half of them or has no two edges.
-pub(super) fn refine(grey: &Plane, start: Vector2<f64>, radius: f64) -> Option<Vector2<f64>> {
+pub(in crate::alignment) fn refine(
+    grey: &Plane,
+    start: Vector2<f64>,
+    radius: f64,
+) -> Option<Vector2<f64>> {
     let n = radius.ceil() as i64;
     let mut at = start;
     for _ in 0..STEPS {

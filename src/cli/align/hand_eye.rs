@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
+use crate::alignment::boards::Target;
 use crate::alignment::chessboard::Board;
 use crate::alignment::hand_eye::table::{FlangePose, Table};
 use crate::alignment::hand_eye::{self, Error, HandEye, Known, Mount, Options, View};
@@ -68,9 +69,10 @@ pub(super) fn hand_eye(
     let table = Table::read(&read(&args.poses)?)
         .map_err(|error| Failure::input("align::table", error.to_string()).at(&place))?;
     let Paired { photos, rows, mut left } = paired(args, &table)?;
-    let (pictures, boards, size) = look(&photos, &args.board);
+    let target = Target::from(args.board);
+    let (pictures, boards, size) = look(&photos, &target);
     let Some(size) = size.filter(|_| !boards.is_empty()) else {
-        return Err(unseen(&args.board, &pictures));
+        return Err(unseen(&target, &pictures));
     };
     let camera = known(args, &boards, &pictures, size)?;
     let poses = table.poses();

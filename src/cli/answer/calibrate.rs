@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::alignment::chessboard::Board;
+use crate::alignment::boards::Target;
 use crate::alignment::intrinsics::Calibration;
 use crate::alignment::intrinsics::coverage::Coverage;
 use crate::alignment::intrinsics::lens::Compared;
@@ -39,15 +39,62 @@ pub struct CameraAnswer {
     pub intrinsics: Intrinsics,
 }
 
-/// The board.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// The board; what it does not have is left out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoardAnswer {
-    /// Inner corners along a row.
+    /// `chessboard`, `charuco`, `aprilgrid`, `circles` or `acircles`.
+    pub kind: &'static str,
+    /// Inner corners of a chessboard, squares, tags or circles along a row.
     pub columns: usize,
-    /// Inner corners along a column.
+    /// The same along a column.
     pub rows: usize,
     /// Side of a square, m.
-    pub square_m: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub square_m: Option<f64>,
+    /// Side of a tag, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tag_m: Option<f64>,
+    /// Between two rows of circles, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_m: Option<f64>,
+    /// The tags.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tags: Option<&'static str>,
+}
+
+impl From<&Target> for BoardAnswer {
+    fn from(target: &Target) -> Self {
+        let plain = |kind, columns, rows| Self {
+            kind,
+            columns,
+            rows,
+            square_m: None,
+            tag_m: None,
+            step_m: None,
+            tags: None,
+        };
+        match target {
+            Target::Chessboard(b) => {
+                let square_m = Some(b.square);
+                Self { square_m, ..plain("chessboard", b.columns, b.rows) }
+            }
+            Target::Charuco(b) => Self {
+                square_m: Some(b.square),
+                tag_m: Some(b.tag),
+                tags: Some(b.family.name),
+                ..plain("charuco", b.columns, b.rows)
+            },
+            Target::Tags(b) => Self {
+                tag_m: Some(b.tag),
+                tags: Some(b.family.name),
+                ..plain("aprilgrid", b.columns, b.rows)
+            },
+            Target::Circles(b) => {
+                let kind = if b.shifted { "acircles" } else { "circles" };
+                Self { step_m: Some(b.step), ..plain(kind, b.columns, b.rows) }
+            }
+        }
+    }
 }
 
 /// One picture.
@@ -82,7 +129,7 @@ impl Answer {
         fit: &Calibration,
         coverage: &Coverage,
         compared: &[Compared],
-        board: &Board,
+        board: &Target,
         pictures: &[Picture],
     ) -> Self {
         let pictures = pictures.iter().map(|picture| {
@@ -100,7 +147,7 @@ impl Answer {
         Self {
             camera: CameraAnswer { intrinsics: fit.intrinsics },
             intrinsics: IntrinsicsAnswer::from(fit),
-            board: BoardAnswer { columns: board.columns, rows: board.rows, square_m: board.square },
+            board: BoardAnswer::from(board),
             pictures: pictures.collect(),
             compared: compared
                 .iter()

@@ -1,11 +1,16 @@
-//! `trueup camera calibrate`: photographs of a chessboard → the camera, with what it lacks.
+//! `trueup camera calibrate`: photographs of a board → the camera, with what it lacks.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use crate::alignment;
-use crate::alignment::chessboard::{self, Board};
+use crate::alignment::boards::Target;
+use crate::alignment::boards::charuco::{self, Charuco};
+use crate::alignment::boards::circles::Circles;
+use crate::alignment::boards::tag_grid::TagGrid;
+use crate::alignment::boards::tags::Family;
+use crate::alignment::chessboard::Board;
 use crate::alignment::decode;
 use crate::alignment::intrinsics::coverage::Coverage;
 use crate::alignment::intrinsics::{self, Distortion, View, lens};
@@ -23,9 +28,11 @@ pub(in crate::cli) struct CalibrateArgs {
     /// The pictures (PNG or JPEG), all of one camera at one focus.
     #[arg(required = true)]
     images: Vec<PathBuf>,
-    /// The board: inner corners across and down, and the side of a square: `chessboard:9x6:25mm`.
-    #[arg(long, value_parser = board)]
-    board: Board,
+    /// The board: `chessboard:9x6:25mm` (inner corners across and down, side of a square), `charuco:7x5:40mm:30mm:4x4_50`
+    /// (squares across and down, their side, the tags' side, the tags), `aprilgrid:6x6:88mm:0.3` (tags across and up,
+    /// their side, the gap as a part of it), `circles:7x6:20mm`, or `acircles:4x11:20mm` (every second row shifted).
+    #[arg(long, value_parser = target)]
+    board: Target,
     /// Which terms of the lens are fitted; `auto` keeps those that the pictures pay for.
     #[arg(
         long,
@@ -44,22 +51,70 @@ pub(in crate::cli) struct CalibrateArgs {
     out: Option<PathBuf>,
 }
 
-/// Reads `chessboard:9x6:25mm`.
+/// Reads a chessboard, as `chessboard:9x6:25mm`.
 pub(in crate::cli) fn board(text: &str) -> Result<Board, String> {
-    let form =
-        "write it as chessboard:9x6:25mm: inner corners across and down, and the side of a square";
-    let parts: Vec<&str> = text.split(':').map(str::trim).collect();
-    let ["chessboard", size, side] = parts[..] else { return Err(form.into()) };
-    let (columns, rows) = size.split_once(['x', '×']).ok_or(form)?;
-    let count = |text: &str| text.trim().parse::<usize>().map_err(|_| form.to_owned());
-    let digits = side.trim_end_matches(|c: char| c.is_alphabetic() || c.is_whitespace());
-    let value: f64 = digits.parse().map_err(|_| form.to_owned())?;
-    let unit = Unit::parse(&side[digits.len()..]).map_err(|error| error.to_string())?;
-    let side = unit.of(value);
-    if side.dimension != Dimension::LENGTH {
-        return Err(format!("the side of a square needs a unit of length; {form}"));
+    match target(text)? {
+        Target::Chessboard(board) => Ok(board),
+        _ => Err("only a chessboard will do here, as in chessboard:9x6:25mm".into()),
     }
-    Board::new(count(columns)?, count(rows)?, side.value).map_err(|error| error.to_string())
+}
+
+/// Reads a board of any kind.
+fn target(text: &str) -> Result<Target, String> {
+    let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+    let named = |name: &str| {
+        let unknown =
+            || format!("there are no tags called {name}; there are {}", Family::names().join(", "));
+        Family::named(name).ok_or_else(unknown)
+    };
+    let said = |error: charuco::BadBoard| error.to_string();
+    match parts[..] {
+        ["chessboard", size, side] => {
+            let (columns, rows) = counts(size)?;
+            let board = Board::new(columns, rows, length(side)?);
+            board.map(Target::Chessboard).map_err(|error| error.to_string())
+        }
+        ["charuco", size, square, tag, family] => {
+            let (columns, rows) = counts(size)?;
+            let (square, tag) = (length(square)?, length(tag)?);
+            let board = Charuco::new(columns, rows, square, tag, named(family)?);
+            board.map(Target::Charuco).map_err(said)
+        }
+        ["aprilgrid", size, tag, gap, ref family @ ..] if family.len() < 2 => {
+            let (columns, rows) = counts(size)?;
+            let family = named(family.first().copied().unwrap_or("36h11"))?;
+            let gap = gap.parse().map_err(|_| FORMS.to_owned())?;
+            let board = TagGrid::new(columns, rows, length(tag)?, gap, family);
+            board.map(Target::Tags).map_err(said)
+        }
+        [kind @ ("circles" | "acircles"), size, step] => {
+            let (columns, rows) = counts(size)?;
+            let board = Circles::new(columns, rows, length(step)?, kind == "acircles");
+            board.map(Target::Circles).map_err(said)
+        }
+        _ => Err(FORMS.into()),
+    }
+}
+
+/// How a board is written.
+const FORMS: &str = "write it as chessboard:9x6:25mm (inner corners across and down, side of a square), \
+    charuco:7x5:40mm:30mm:4x4_50, aprilgrid:6x6:88mm:0.3, circles:7x6:20mm or acircles:4x11:20mm";
+
+fn counts(text: &str) -> Result<(usize, usize), String> {
+    let (columns, rows) = text.split_once(['x', '×']).ok_or(FORMS)?;
+    let count = |text: &str| text.trim().parse().map_err(|_| FORMS.to_owned());
+    Ok((count(columns)?, count(rows)?))
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_alphabetic() || c.is_whitespace());
+    let value: f64 = digits.parse().map_err(|_| FORMS.to_owned())?;
+    let unit = Unit::parse(&text[digits.len()..]).map_err(|error| error.to_string())?;
+    let length = unit.of(value);
+    if length.dimension != Dimension::LENGTH {
+        return Err(format!("`{text}` needs a unit of length; {FORMS}"));
+    }
+    Ok(length.value)
 }
 
 /// `trueup camera calibrate ...`.
@@ -111,10 +166,9 @@ fn save(path: &Path, answer: &Answer) -> Result<(), Failure> {
 /// Looks for the board in every picture. A picture that cannot be used says why, and the others go on.
 pub(in crate::cli) fn look(
     images: &[PathBuf],
-    board: &Board,
+    board: &Target,
 ) -> (Vec<Picture>, Vec<View>, Option<(u32, u32)>) {
     let (mut pictures, mut views, mut size) = (Vec::new(), Vec::new(), None);
-    let points = board.points();
     for path in images {
         let name = path.display().to_string();
         let seen = match decode::read(path) {
@@ -122,12 +176,11 @@ pub(in crate::cli) fn look(
             Ok(image) if size.is_some_and(|size| size != image.dimensions()) => {
                 Seen::OtherSize(image.dimensions())
             }
-            Ok(image) => match chessboard::find(&image, board) {
+            Ok(image) => match board.find(&image) {
                 Err(why) => Seen::NotFound(why),
-                Ok(corners) => {
+                Ok(points) => {
                     // The size is that of the first picture that shows the board.
                     size = Some(image.dimensions());
-                    let points = points.iter().copied().zip(corners).collect();
                     views.push(View { name: name.clone(), points, world_from_camera: None });
                     Seen::Board(views.len() - 1)
                 }
@@ -139,15 +192,31 @@ pub(in crate::cli) fn look(
 }
 
 /// Says that no picture shows the board, and what each shows.
-pub(in crate::cli) fn unseen(board: &Board, pictures: &[Picture]) -> Failure {
-    let Board { columns, rows, .. } = board;
+pub(in crate::cli) fn unseen(board: &Target, pictures: &[Picture]) -> Failure {
     let each: Vec<String> = pictures.iter().map(Picture::to_string).collect();
-    let message =
-        format!("no picture shows a board of {columns}x{rows} inner corners: {}", each.join("; "));
-    Failure::input("camera::board", message).help(
-        "--board counts inner corners, where four squares meet: a board of 10x7 squares has 9x6; the whole board \
-         must be in the picture, with a white margin",
-    )
+    let (what, help) = match board {
+        Target::Chessboard(Board { columns, rows, .. }) => (
+            format!("a board of {columns}x{rows} inner corners"),
+            "--board counts inner corners, where four squares meet: a board of 10x7 squares has 9x6; the whole board must \
+             be in the picture, with a white margin",
+        ),
+        Target::Charuco(_) => (
+            "the board".into(),
+            "--board says squares across and down, the sides of squares and of tags, and which tags they are: \
+             charuco:7x5:40mm:30mm:4x4_50",
+        ),
+        Target::Tags(_) => (
+            "the board".into(),
+            "--board says tags across and up, their side with the dark frame, and the gap as a part of it: \
+             aprilgrid:6x6:88mm:0.3",
+        ),
+        Target::Circles(Circles { columns, rows, .. }) => (
+            format!("{columns}x{rows} circles"),
+            "every circle must be in the picture, dark on bright; acircles has every second row shifted",
+        ),
+    };
+    let message = format!("no picture shows {what}: {}", each.join("; "));
+    Failure::input("camera::board", message).help(help)
 }
 
 /// Says why the pictures do not determine the camera.
@@ -184,6 +253,21 @@ mod tests {
         for wrong in ["", "9x6:25mm", "chessboard:9x6", "chessboard:9x6:25", "chessboard:9x6:25kg"]
         {
             assert!(board(wrong).is_err(), "{wrong}");
+        }
+        for good in
+            ["charuco:7x5:40mm:30mm:DICT_4X4_50", "aprilgrid:6x6:88mm:0.3", "acircles:4x11:2cm"]
+        {
+            target(good).unwrap();
+            assert!(board(good).is_err(), "{good}");
+        }
+        for wrong in [
+            "charuco:7x5:40mm:50mm:4x4_50",
+            "charuco:17x15:40mm:30mm:4x4_50",
+            "charuco:7x5:40mm:30mm:3x3_5",
+            "aprilgrid:6x6:88mm",
+            "circles:2x2:1cm",
+        ] {
+            assert!(target(wrong).is_err(), "{wrong}");
         }
         for wrong in ["chessboard:1x6:25mm", "chessboard:9x999:25mm", "chessboard:9x6:-1mm"] {
             assert!(board(wrong).is_err(), "{wrong}");

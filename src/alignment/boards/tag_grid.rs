@@ -1,0 +1,150 @@
+//! Grids of tags, as Kalibr prints them: `AprilTag`s of which each corner touches a small dark square.
+//!
+//! Tags are numbered row by row. Every corner of a tag's frame is a point, placed where the edges around it meet; a part
+//! of the grid is enough.
+//!
+//! Source: the layout of Kalibr's `aprilgrid` target (number 0 at the bottom left, x right and y up).
+
+use image::RgbImage;
+use nalgebra::Vector2;
+
+use super::charuco::{BadBoard, consistent};
+use super::tags::{Family, Tag, crosses, square_to, through};
+use super::{Found, LEAST, NotFound};
+use crate::alignment::chessboard::refine;
+use crate::alignment::picture::Plane;
+use crate::world::{Pixel, Point};
+
+/// A grid of tags.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TagGrid {
+    /// Tags along a row.
+    pub columns: usize,
+    /// Tags along a column.
+    pub rows: usize,
+    /// Side of a tag, its dark frame included, m.
+    pub tag: f64,
+    /// The gap between two tags as a part of their side.
+    pub gap: f64,
+    /// The tags.
+    pub family: Family,
+}
+
+/// Widths of the dark frame, in cells: Kalibr's tags have two, others one.
+const FRAMES: [usize; 2] = [2, 1];
+/// The window in which a corner is placed: as a part of the tag's side, px at least, and at most as a part of the gap.
+const WINDOW: (f64, f64, f64) = (0.15, 2.0, 0.7);
+/// Where the squares around a corner are looked at, as a part of the gap: in the middle of the small dark ones.
+const AROUND: f64 = 0.4;
+/// A tag that is farther than this part of its side from where all tags together put it is another board's.
+const ASTRAY: f64 = 0.6;
+
+impl TagGrid {
+    /// Returns the grid, if it is one that can be looked for; `tag` in m, `gap` as a part of it.
+    ///
+    /// # Errors
+    ///
+    /// [`BadBoard`].
+    pub fn new(
+        columns: usize,
+        rows: usize,
+        tag: f64,
+        gap: f64,
+        family: Family,
+    ) -> Result<Self, BadBoard> {
+        if columns.min(rows) < 1 || columns.max(rows) < 2 {
+            return Err(BadBoard::TooSmall { least: 2 });
+        }
+        if !(tag > 0.0 && tag.is_finite() && gap > 0.0 && gap < 10.0) {
+            return Err(BadBoard::Sides);
+        }
+        let (needed, has) = (columns * rows, family.codes.len());
+        if needed > has {
+            return Err(BadBoard::TooMany { needed, family: family.name, has });
+        }
+        Ok(Self { columns, rows, tag, gap, family })
+    }
+
+    /// The corners of a tag on the board, m, in the order of [`Tag::corners`]; y is up.
+    fn on_board(&self, number: usize) -> [Vector2<f64>; 4] {
+        let pitch = self.tag * (1.0 + self.gap);
+        let (x, y) =
+            ((number % self.columns) as f64 * pitch, (number / self.columns) as f64 * pitch);
+        let side = self.tag;
+        [[x, y + side], [x + side, y + side], [x + side, y], [x, y]].map(Vector2::from)
+    }
+
+    /// Returns whether the grid is bright at a place, m from the bottom left corner of its first tag, y up; for printing it.
+    #[must_use]
+    pub fn is_bright(&self, x: f64, y: f64) -> bool {
+        let pitch = self.tag * (1.0 + self.gap);
+        let (column, row) = ((x / pitch).floor(), (y / pitch).floor());
+        let (u, v) = (x - column * pitch, y - row * pitch);
+        let between = (u >= self.tag, v >= self.tag);
+        let (first, last) = (-1.0, (self.columns as f64, self.rows as f64));
+        if between == (true, true) {
+            // The small dark squares, also around the outer tags.
+            return !((first..last.0).contains(&column) && (first..last.1).contains(&row));
+        }
+        let inside = (0.0..last.0).contains(&column) && (0.0..last.1).contains(&row);
+        if between != (false, false) || !inside {
+            return true;
+        }
+        let number = row as usize * self.columns + column as usize;
+        let cells = (self.family.side + 2 * FRAMES[0]) as f64;
+        let frame = FRAMES[0] as f64;
+        let (c, r) = ((u / self.tag * cells).floor(), ((1.0 - v / self.tag) * cells).floor());
+        let inner = |at: f64| (frame..cells - frame).contains(&at);
+        inner(c)
+            && inner(r)
+            && self.family.is_bright(number, c as usize - FRAMES[0], r as usize - FRAMES[0])
+    }
+
+    /// Finds the corners of the tags that are seen.
+    ///
+    /// # Errors
+    ///
+    /// [`NotFound`].
+    pub fn find(&self, image: &RgbImage) -> Result<Found, NotFound> {
+        let grey = Plane::grey(image);
+        let tags = self.family.tags(&grey, &FRAMES);
+        let family = || self.family.name.to_owned();
+        if tags.is_empty() {
+            return Err(NotFound::NoTags { family: family() });
+        }
+        let has = self.columns * self.rows;
+        let known: Vec<(&Tag, usize)> =
+            tags.iter().filter(|tag| tag.number < has).map(|tag| (tag, tag.number)).collect();
+        let kept = consistent(&known, &|number| self.on_board(number), ASTRAY)
+            .ok_or_else(|| NotFound::OtherBoard { family: family() })?;
+        let mut found = Vec::new();
+        for &at in &kept {
+            let (tag, number) = known[at];
+            let map = square_to(&tag.corners);
+            // Steps out of the tag at its top left corner, and on clockwise.
+            let steps = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            let units = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+            for (i, (corner, place)) in tag.corners.iter().zip(self.on_board(number)).enumerate() {
+                let side = (tag.corners[1] - tag.corners[0]).norm();
+                let radius = (WINDOW.0 * side).min(WINDOW.2 * self.gap * side).max(WINDOW.1);
+                let unit = Vector2::new(units[i].0, units[i].1);
+                let beside = |(x, y): (f64, f64)| {
+                    let by = Vector2::new(x, y) * (AROUND * self.gap);
+                    through(&map, &(unit + by)) - through(&map, &unit)
+                };
+                // Dark are the tag and the small square beyond its corner.
+                let is_bright = std::array::from_fn(|k| (k + i) % 2 == 1);
+                if let Some(at) = refine(&grey, *corner, radius)
+                    && crosses(&grey, &steps.map(|step| at + beside(step)), is_bright)
+                {
+                    found.push((Point::new(place.x, place.y, 0.0), Pixel::new(at.x, at.y)));
+                }
+            }
+        }
+        if found.len() < LEAST {
+            let (tags, points) = (kept.len(), found.len());
+            return Err(NotFound::TooFew { tags, family: family(), points, least: LEAST });
+        }
+        Ok(found)
+    }
+}

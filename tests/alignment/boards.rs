@@ -1,0 +1,205 @@
+//! Boards with tags and circles, drawn through a lens: where their points are found, and what is said where they are not.
+
+use image::{Rgb, RgbImage};
+use nalgebra::{Rotation3, Vector2, Vector3};
+use rand::rngs::StdRng;
+use rand::{RngExt as _, SeedableRng as _};
+use trueup::alignment::boards::charuco::Charuco;
+use trueup::alignment::boards::circles::Circles;
+use trueup::alignment::boards::tag_grid::TagGrid;
+use trueup::alignment::boards::tags::Family;
+use trueup::alignment::boards::{NotFound, Target};
+use trueup::alignment::intrinsics::{self, View};
+use trueup::world::{Camera, Intrinsics, Point, Pose};
+
+/// Half the sides of what is drawn of a board, and its middle, m.
+struct Sheet {
+    is_bright: Box<dyn Fn(f64, f64) -> bool>,
+    middle: [f64; 2],
+    /// Whether the board's y is up, seen from its front.
+    is_up: bool,
+}
+
+fn sheet(target: &Target) -> Sheet {
+    match target.clone() {
+        Target::Charuco(b) => Sheet {
+            middle: [0.5 * b.square * b.columns as f64, 0.5 * b.square * b.rows as f64],
+            is_bright: Box::new(move |x, y| b.is_bright(x, y)),
+            is_up: false,
+        },
+        Target::Tags(b) => {
+            let pitch = b.tag * (1.0 + b.gap);
+            Sheet {
+                middle: [0.5 * pitch * b.columns as f64, 0.5 * pitch * b.rows as f64],
+                is_bright: Box::new(move |x, y| b.is_bright(x, y)),
+                is_up: true,
+            }
+        }
+        Target::Circles(b) => {
+            let wide = if b.shifted { 2 * b.columns } else { b.columns };
+            Sheet {
+                middle: [0.5 * b.step * (wide as f64 - 1.0), 0.5 * b.step * (b.rows as f64 - 1.0)],
+                is_bright: Box::new(move |x, y| b.is_bright(x, y)),
+                is_up: false,
+            }
+        }
+        Target::Chessboard(_) => panic!("its tests are beside it"),
+    }
+}
+
+fn lens() -> Intrinsics {
+    let mut k = Intrinsics::centred(640.0, 640, 480);
+    (k.k1, k.k2, k.p1, k.p2) = (-0.15, 0.04, 1e-3, -5e-4);
+    k
+}
+
+/// A camera before the board's middle, `distance` m off, turned by these angles about its own axes.
+fn camera(sheet: &Sheet, [x, y, z]: [f64; 3], distance: f64) -> Camera {
+    let front = if sheet.is_up {
+        Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+    } else {
+        Rotation3::identity()
+    };
+    let turn = Rotation3::from_euler_angles(x, y, z) * front;
+    let middle = Vector3::new(sheet.middle[0], sheet.middle[1], 0.0);
+    let eye = middle - turn.inverse() * Vector3::new(0.0, 0.0, distance);
+    Camera { intrinsics: lens(), world_from_camera: Pose::from_parts(eye, turn.inverse().into()) }
+}
+
+/// The picture: four looks a pixel, noise of 2 grey levels.
+fn taken(sheet: &Sheet, camera: &Camera, seed: u64) -> RgbImage {
+    let k = camera.intrinsics;
+    let iso = camera.world_from_camera;
+    let mut random = StdRng::seed_from_u64(seed);
+    RgbImage::from_fn(k.width, k.height, |u, v| {
+        let mut sum = 0.0;
+        for i in 0..4 {
+            let (du, dv) = (f64::from(i % 2) / 2.0 - 0.25, f64::from(i / 2) / 2.0 - 0.25);
+            let pixel = trueup::world::Pixel::new(f64::from(u) + du, f64::from(v) + dv);
+            let n = k.normalise(pixel);
+            let ray = iso.rotation() * Vector3::new(n.x, n.y, 1.0);
+            let far = -iso.origin().z / ray.z;
+            let at = iso.origin() + ray * far;
+            sum += if (sheet.is_bright)(at.x, at.y) { 205.0 } else { 35.0 };
+        }
+        let grey: f64 = sum / 4.0 + random.random_range(-3.5..3.5);
+        Rgb([grey.round().clamp(0.0, 255.0) as u8; 3])
+    })
+}
+
+fn targets() -> Vec<Target> {
+    let family = |name: &str| Family::named(name).unwrap();
+    vec![
+        Target::Charuco(Charuco::new(7, 5, 0.04, 0.03, family("4x4_50")).unwrap()),
+        Target::Charuco(Charuco::new(6, 8, 0.03, 0.022, family("5x5_100")).unwrap()),
+        Target::Tags(TagGrid::new(5, 4, 0.05, 0.3, family("36h11")).unwrap()),
+        Target::Circles(Circles::new(7, 6, 0.03, false).unwrap()),
+        Target::Circles(Circles::new(4, 11, 0.02, true).unwrap()),
+    ]
+}
+
+/// Root mean square of how far found points are from where they are, px.
+fn off(
+    found: &[(Point<trueup::world::frame::World>, trueup::world::Pixel)],
+    camera: &Camera,
+) -> f64 {
+    let square = |(point, pixel): &(Point<trueup::world::frame::World>, trueup::world::Pixel)| {
+        let truth = camera.project(*point).unwrap();
+        Vector2::new(truth.u - pixel.u, truth.v - pixel.v).norm_squared()
+    };
+    (found.iter().map(square).sum::<f64>() / found.len() as f64).sqrt()
+}
+
+#[test]
+fn every_point_is_found_to_a_fraction_of_a_pixel() {
+    for (k, target) in targets().into_iter().enumerate() {
+        let sheet = sheet(&target);
+        let whole = match &target {
+            Target::Charuco(b) => (b.columns - 1) * (b.rows - 1),
+            Target::Tags(b) => 4 * b.columns * b.rows,
+            Target::Circles(b) => b.columns * b.rows,
+            Target::Chessboard(_) => 0,
+        };
+        for (n, turns) in [[0.0, 0.0, 0.1], [0.5, 0.2, -0.3], [-0.3, 0.5, 2.0]].iter().enumerate() {
+            let camera = camera(&sheet, *turns, 0.55);
+            let picture = taken(&sheet, &camera, (10 * k + n) as u64);
+            let found = target.find(&picture).unwrap_or_else(|why| panic!("{k} {n}: {why}"));
+            // Tags of some 3 px a cell are not all read.
+            let least = if matches!(target, Target::Circles(_)) { whole } else { whole * 4 / 5 };
+            assert!((least..=whole).contains(&found.len()), "{k} {n}: {} of {whole}", found.len());
+            let mut off = off(&found, &camera);
+            if let Target::Circles(Circles { shifted: false, .. }) = target {
+                // Its two ends look alike.
+                let (points, pixels): (Vec<_>, Vec<_>) = found.iter().copied().unzip();
+                let turned = points.into_iter().rev().zip(pixels).collect::<Vec<_>>();
+                off = off.min(self::off(&turned, &camera));
+            }
+            assert!(off < 0.2, "{k} {n}: {off} px");
+        }
+    }
+}
+
+#[test]
+fn a_part_of_a_board_with_tags_is_enough_and_of_circles_is_not() {
+    for target in targets() {
+        let sheet = sheet(&target);
+        let camera = camera(&sheet, [0.2, -0.3, 0.2], 0.55);
+        let mut picture = taken(&sheet, &camera, 5);
+        // A hand over a third of the picture.
+        for (_, v, pixel) in picture.enumerate_pixels_mut() {
+            if v > 290 {
+                *pixel = Rgb([150, 110, 90]);
+            }
+        }
+        match (&target, target.find(&picture)) {
+            (Target::Circles(_), Err(NotFound::Circles { seen, asked })) => assert!(seen < asked),
+            (Target::Circles(_), other) => panic!("{other:?}"),
+            (_, found) => {
+                let found = found.unwrap();
+                assert!(found.len() > 8 && off(&found, &camera) < 0.2, "{}", off(&found, &camera));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_camera_is_calibrated_from_parts_of_a_board() {
+    let target = &targets()[0];
+    let sheet = sheet(target);
+    let views: Vec<View> =
+        [[0.5, 0.0, 0.0], [-0.5, 0.1, 0.3], [0.1, 0.55, -0.2], [0.0, -0.5, 1.0], [0.4, 0.4, 0.0]]
+            .iter()
+            .enumerate()
+            .map(|(n, turns)| {
+                let picture = taken(&sheet, &camera(&sheet, *turns, 0.3), n as u64);
+                let points = target.find(&picture).unwrap();
+                View { name: n.to_string(), points, world_from_camera: None }
+            })
+            .collect();
+    let options = intrinsics::Options { image_size: Some((640, 480)), ..Default::default() };
+    let fit = intrinsics::calibrate(&views, &options).unwrap();
+    let truth = lens();
+    assert!((fit.intrinsics.fx - truth.fx).abs() < 4.0, "{} {}", fit.intrinsics.fx, fit.std[0]);
+    assert!((fit.intrinsics.cx - truth.cx).abs() < 4.0, "{}", fit.intrinsics.cx);
+    assert!(fit.rms_px < 0.25, "{}", fit.rms_px);
+}
+
+#[test]
+fn what_is_not_the_board_is_said() {
+    let plain = RgbImage::from_pixel(640, 480, Rgb([180; 3]));
+    let targets = targets();
+    for target in &targets {
+        assert!(target.find(&plain).is_err());
+    }
+    // Tags of another layout: the same numbers, elsewhere.
+    let sheet = sheet(&targets[0]);
+    let picture = taken(&sheet, &camera(&sheet, [0.2, 0.2, 0.0], 0.55), 1);
+    let family = Family::named("4x4_50").unwrap();
+    let other = Target::Charuco(Charuco::new(5, 9, 0.04, 0.03, family).unwrap());
+    assert!(
+        matches!(other.find(&picture), Err(NotFound::OtherBoard { .. })),
+        "{:?}",
+        other.find(&picture)
+    );
+    assert!(matches!(targets[1].find(&picture), Err(NotFound::NoTags { .. })));
+}
