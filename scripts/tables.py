@@ -8,7 +8,7 @@ Every row of `tests/tables/tasks.json` is run on the scene of its name with hidd
 light. A run of the task is followed by a run that clears the view, takes a photograph and asks the conditions again: what
 is counted is what that photograph says, not what the first run believed. The last picture of each is kept for people.
 """
-import argparse, concurrent.futures, json, pathlib, subprocess, sys
+import argparse, concurrent.futures, json, pathlib, shutil, subprocess, sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
@@ -39,6 +39,9 @@ def main():
     args.add_argument("--out", type=pathlib.Path, default=pathlib.Path("tables"))
     args = args.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
+    # A scene's meshes lie beside the file that names them.
+    for mesh in [*(ROOT / "tests/tables").glob("*.stl"), *(ROOT / "tests/tables").glob("*.obj")]:
+        shutil.copy(mesh, args.out)
     first, _, last = args.seeds.partition("-")
     seeds = range(int(first), int(last or first) + 1)
     tasks = json.loads((ROOT / "tests/tables/tasks.json").read_text())

@@ -137,7 +137,7 @@ pub fn measure(
             [of_size(3, radius), of_size(3, radius), of_size(2, height)]
         }
         // Only boxes and cans are measured.
-        Shape::Lathe { .. } => [f64::INFINITY; 3],
+        Shape::Lathe { .. } | Shape::Mesh { .. } => [f64::INFINITY; 3],
     };
     let worst = size_std.iter().fold(0.0_f64, |worst, std| worst.max(*std));
     if worst > TOLD * shape.height().max(shape.outer_radius()) {
@@ -296,13 +296,9 @@ fn refined(view: &Projector, picture: &Picture, start: Vec<f64>) -> Option<Fit> 
 
 /// Returns the sizes of a solid along its axes, m.
 fn extent(shape: &Shape) -> Vector3<f64> {
-    match *shape {
-        Shape::Cuboid { size } => size,
-        Shape::Cylinder { .. } | Shape::Lathe { .. } => {
-            let radius = shape.outer_radius();
-            Vector3::new(radius, radius, shape.height())
-        }
-    }
+    let radius = shape.outer_radius();
+    let [x, y] = shape.faces().unwrap_or([radius, radius]);
+    Vector3::new(x, y, shape.height())
 }
 
 /// Returns the middle of each channel where a mask is not zero.

@@ -7,6 +7,7 @@
 //! caller's business.
 
 mod lathe;
+mod mesh;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -139,6 +140,10 @@ pub struct Outline {
     pub hull: Vec<Vector2<f64>>,
     /// Corners (cuboid) or the rims' extreme points (cylinder), px.
     pub key_points: Vec<Vector2<f64>>,
+    /// Of a body that is not convex: points of its surface that are seen, px.
+    pub within: Vec<Vector2<f64>>,
+    /// Of a body that is not convex, when it was asked for whole: convex polygons that together are its silhouette, px.
+    pub pieces: Vec<Vec<Vector2<f64>>>,
 }
 
 impl Outline {
@@ -146,12 +151,29 @@ impl Outline {
     ///
     /// Empty when part of the object is behind the camera or the camera is inside it.
     pub fn new(view: &Projector, shape: &Shape, pose: &ObjectPose, per_edge: usize) -> Self {
-        match *shape {
-            Shape::Cuboid { size } => cuboid(view, size, pose, per_edge),
-            Shape::Cylinder { radius, height } => cylinder(view, radius, height, pose, per_edge),
-            Shape::Lathe { profile } => lathe::outline(view, &profile, pose, per_edge),
+        match shape {
+            Shape::Cuboid { size } => cuboid(view, *size, pose, per_edge),
+            Shape::Cylinder { radius, height } => cylinder(view, *radius, *height, pose, per_edge),
+            Shape::Lathe { profile } => lathe::outline(view, profile, pose, per_edge),
+            Shape::Mesh { mesh } => mesh::outline(view, mesh, pose, per_edge),
         }
         .unwrap_or_default()
+    }
+
+    /// As [`Self::new`], with the pieces of a silhouette that is not convex.
+    pub fn whole(view: &Projector, shape: &Shape, pose: &ObjectPose, per_edge: usize) -> Self {
+        let mut outline = Self::new(view, shape, pose, per_edge);
+        if let Shape::Mesh { mesh } = shape
+            && !outline.hull.is_empty()
+        {
+            outline.pieces = mesh::pieces(view, mesh, pose).unwrap_or_default();
+        }
+        outline
+    }
+
+    /// Returns convex polygons that together are the silhouette, px: its hull, where it has no pieces.
+    pub fn polygons(&self) -> &[Vec<Vector2<f64>>] {
+        if self.pieces.is_empty() { std::slice::from_ref(&self.hull) } else { &self.pieces }
     }
 
     /// Returns the bounding box of the silhouette `[u0, v0, u1, v1]`, px.
@@ -165,24 +187,31 @@ impl Outline {
 
     /// Returns whether a pixel lies inside the silhouette.
     pub fn contains(&self, p: Vector2<f64>) -> bool {
-        inside_convex(&self.hull, p)
+        self.polygons().iter().any(|polygon| inside_convex(polygon, p))
     }
 
-    /// Returns how far a pixel is from the silhouette's border, px; negative inside.
+    /// Returns how far a pixel is from the silhouette's border, px; negative inside. Where pieces of it overlap a pixel may
+    /// be deeper than is said.
     pub fn depth(&self, p: Vector2<f64>) -> f64 {
-        let mut least = f64::INFINITY;
-        for (i, a) in self.hull.iter().enumerate() {
-            let along = self.hull[(i + 1) % self.hull.len()] - a;
-            let t = ((p - a).dot(&along) / along.norm_squared().max(1e-12)).clamp(0.0, 1.0);
-            least = least.min((a + t * along - p).norm());
-        }
-        if self.contains(p) { -least } else { least }
+        let depths = self.polygons().iter().map(|polygon| depth(polygon, p));
+        depths.fold(f64::INFINITY, f64::min)
     }
 
     /// Returns the middle of the silhouette's corner points, px.
     pub fn middle(&self) -> Vector2<f64> {
         self.hull.iter().sum::<Vector2<f64>>() / self.hull.len().max(1) as f64
     }
+}
+
+/// Returns how far a point is from the border of a convex polygon, px; negative inside.
+fn depth(polygon: &[Vector2<f64>], p: Vector2<f64>) -> f64 {
+    let mut least = f64::INFINITY;
+    for (i, a) in polygon.iter().enumerate() {
+        let along = polygon[(i + 1) % polygon.len()] - a;
+        let t = ((p - a).dot(&along) / along.norm_squared().max(1e-12)).clamp(0.0, 1.0);
+        least = least.min((a + t * along - p).norm());
+    }
+    if inside_convex(polygon, p) { -least } else { least }
 }
 
 /// Returns whether a point lies inside a convex polygon given in order, either way round.

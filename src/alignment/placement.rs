@@ -12,7 +12,7 @@
 //! Source: the paper, section 2.2 (solids from key points); Lowe, "Fitting parameterized 3-D models", PAMI
 //! 1991; VISP's moving edges for the fit.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use image::GrayImage;
 use nalgebra::Vector2;
@@ -247,6 +247,11 @@ impl<'a> Evidence<'a> {
         Outline::new(self.view, &self.object.shape, pose, per_edge)
     }
 
+    /// Returns the outline at a pose with the pieces of a silhouette that is not convex, `per_edge` points an edge.
+    pub fn silhouette(&self, pose: &ObjectPose, per_edge: usize) -> Outline {
+        Outline::whole(self.view, &self.object.shape, pose, per_edge)
+    }
+
     /// Scores a pose at a level of the picture (0 full size, 2 a quarter).
     pub fn score(&self, pose: &ObjectPose, level: usize, per_edge: usize) -> Score {
         let outline = self.outline(pose, per_edge);
@@ -321,11 +326,25 @@ impl<'a> Evidence<'a> {
         let middle = outline.middle();
         let mut sums = [[0.0_f64; 2]; 2];
         let mut counts = [0.0_f64; 2];
-        let rim: Vec<&super::outline::Sample> =
-            outline.samples.iter().filter(|s| s.kind == Kind::Silhouette).collect();
-        for s in rim.iter().step_by(REGION_STEP) {
-            for (place, far) in [(0, INSIDE[0]), (0, INSIDE[1]), (0, INSIDE[2]), (1, OUTSIDE)] {
-                let p = middle + (s.pixel - middle) * far;
+        let rim = outline.samples.iter().filter(|s| s.kind == Kind::Silhouette);
+        let mut asked: Vec<(usize, Vector2<f64>)> = Vec::new();
+        if outline.within.is_empty() {
+            for s in rim.step_by(REGION_STEP) {
+                for (place, far) in [(0, INSIDE[0]), (0, INSIDE[1]), (0, INSIDE[2]), (1, OUTSIDE)] {
+                    asked.push((place, middle + (s.pixel - middle) * far));
+                }
+            }
+        } else {
+            // The middle of what is not convex may be beside it: its own points are asked, and those beyond its rim, as far
+            // as that is for a round thing of its size.
+            let [u0, v0, u1, v1] = outline.bounds();
+            let beyond = 0.25 * (OUTSIDE - 1.0) * (u1 - u0 + v1 - v0);
+            asked.extend(outline.within.iter().map(|p| (0, *p)));
+            let beyond = rim.step_by(REGION_STEP).map(|s| s.pixel + s.normal * beyond);
+            asked.extend(beyond.filter(|p| !outline.contains(*p)).map(|p| (1, p)));
+        }
+        {
+            for (place, p) in asked {
                 if !judged(p) {
                     continue;
                 }
@@ -522,7 +541,7 @@ const CHOICES: usize = FITTED;
 /// twice as much lets two things stand where hardly one does.
 const SLACK_M: f64 = 0.003;
 /// Corners of the polygon that stands for a circle there: inside it by 0.9 % of the radius, 0.7 mm of a cup.
-const CIRCLE: i32 = 24;
+const CIRCLE: usize = 24;
 
 /// Returns how much each small pixel has the object's colour, `None` when that says nothing.
 fn likeness(picture: &Picture, object: &Object) -> Option<Plane> {
@@ -596,22 +615,9 @@ pub fn assign(candidates: &[Vec<Candidate>], bar: f64, conflict: &Conflict) -> V
 /// Returns whether two standing objects would share space, by more than `SLACK_M` of measurement error.
 pub fn overlap(a: &Object, at: &Candidate, b: &Object, bt: &Candidate) -> bool {
     let footprint = |object: &Object, c: &Candidate| -> Vec<Vector2<f64>> {
-        let centre = Vector2::new(c.x, c.y);
-        match object.shape {
-            Shape::Cuboid { size } => [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
-                .map(|(sx, sy)| {
-                    let corner = Vector2::new(sx * size.x / 2.0, sy * size.y / 2.0);
-                    centre + nalgebra::Rotation2::new(c.yaw) * corner
-                })
-                .to_vec(),
-            Shape::Cylinder { .. } | Shape::Lathe { .. } => (0..CIRCLE)
-                .map(|i| {
-                    let radius = object.shape.outer_radius();
-                    let (sin, cos) = (f64::from(i) * FRAC_PI_2 / 6.0).sin_cos();
-                    centre + radius * Vector2::new(cos, sin)
-                })
-                .collect(),
-        }
+        let (centre, turn) = (Vector2::new(c.x, c.y), nalgebra::Rotation2::new(c.yaw));
+        let corners = object.shape.footprint(CIRCLE).into_iter();
+        corners.map(|corner| centre + turn * corner).collect()
     };
     let (p, q) = (footprint(a, at), footprint(b, bt));
     // Separating axes: convex polygons are apart exactly when some edge normal separates them.

@@ -16,7 +16,7 @@ use crate::report::exit::Exit;
 use crate::report::{self, Failure, Style};
 use crate::scene::SOLID_DENSITY;
 use crate::scene::write::{colour_word, to_text};
-use crate::world::{Camera, Material, Object, Scene, Shape};
+use crate::world::{Camera, Material, Object, Scene};
 
 use super::camera::{calibrated, picture};
 use super::inputs;
@@ -148,11 +148,8 @@ fn described(
     let mut comments = Vec::new();
     for thing in things {
         let word = colour_word(thing.colour);
-        let form = match thing.shape {
-            Shape::Cuboid { .. } => "box",
-            Shape::Cylinder { .. } => "can",
-            Shape::Lathe { .. } => "lathe",
-        };
+        // Only boxes and cans are measured.
+        let form = if thing.shape.faces().is_some() { "box" } else { "can" };
         let is_taken = |name: &str| objects.iter().any(|object| object.name == name);
         let plain = format!("{word}_{form}");
         let numbered = (2..).map(|n| format!("{plain}_{n}"));
@@ -166,7 +163,7 @@ fn described(
         objects.push(Object {
             name,
             kind: "Graspable".into(),
-            shape: thing.shape,
+            shape: thing.shape.clone(),
             cavity: None,
             looks: format!("{word} {form}"),
             material: Material::Opaque,

@@ -243,15 +243,8 @@ impl Belief {
         }
         let Some(aim) = aim else { return };
         let Some(object) = self.scene.object(aim) else { return };
-        let widths = match object.shape {
-            crate::world::Shape::Cuboid { size } => vec![size.x, size.y],
-            crate::world::Shape::Cylinder { radius, .. } => vec![2.0 * radius],
-            // Wherever between its narrowest and its widest place it is held.
-            crate::world::Shape::Lathe { profile } => {
-                vec![grip.opening.clamp(2.0 * profile.narrowest(), 2.0 * profile.widest())]
-            }
-        };
-        let fits = widths.iter().any(|width| (grip.opening - width).abs() < PAD_TOLERANCE);
+        let width = object.shape.between(grip.opening);
+        let fits = (grip.opening - width).abs() < PAD_TOLERANCE;
         let Some(known) = self.objects.iter_mut().find(|o| o.name == aim) else { return };
         if grip.stalled && fits {
             if let Some(pose) = known.world_from_object {

@@ -212,17 +212,11 @@ impl Working {
     fn foot(&self, state: &WorldState) -> Option<(Foot, f64)> {
         if let Some(held) = state.held.as_deref() {
             let pose = state.object(held)?.world_from_object?;
-            let shape = self.cell.scene.object(held)?.shape;
+            let shape = &self.cell.scene.object(held)?.shape;
             let from_tool = Pose::<World, Tool>::from_parts(pose.origin(), pose.rotation());
-            let half = match shape {
-                Shape::Cuboid { size } => Vector2::new(size.x, size.y) * 0.5,
-                Shape::Cylinder { radius, .. } => {
-                    Vector2::repeat(radius * std::f64::consts::FRAC_1_SQRT_2)
-                }
-                Shape::Lathe { profile } => {
-                    Vector2::repeat(profile.foot() * std::f64::consts::FRAC_1_SQRT_2)
-                }
-            };
+            let square = |radius: f64| [radius * std::f64::consts::SQRT_2; 2];
+            let sides = shape.faces().or(shape.foot_radius().map(square))?;
+            let half = 0.5 * Vector2::from(sides);
             return Some((Foot { at: from_tool, least: -half, most: half }, pose.origin().z));
         }
         if state.opening > CLOSED {
@@ -279,15 +273,9 @@ struct Top {
 
 impl Top {
     fn of(shape: &Shape) -> Self {
-        let (x, y) = match *shape {
-            Shape::Cuboid { size } => (size.x, size.y),
-            Shape::Cylinder { .. } | Shape::Lathe { .. } => {
-                let across = 2.0 * shape.rim_radius();
-                (across, across)
-            }
-        };
+        let [x, y] = shape.faces().unwrap_or([2.0 * shape.rim_radius(); 2]);
         let count = |length: f64| (length / SQUARE).round().max(1.0) as usize;
-        Self { shape: Arc::new(*shape), along: count(x), across: count(y) }
+        Self { shape: Arc::new(shape.clone()), along: count(x), across: count(y) }
     }
 
     /// The middles of the squares in the thing's frame, m, with their numbers.

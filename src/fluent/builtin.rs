@@ -12,7 +12,7 @@ use crate::language::ast::{Call, Expr};
 use crate::language::text;
 use crate::units::{Dimension, Quantity};
 use crate::world::support::{self, Support};
-use crate::world::{Object, Pose, Shape, frame};
+use crate::world::{Object, Pose, frame};
 
 const LENGTH: Dimension = Dimension { length: 1, mass: 0, time: 0, angle: 0, current: 0, pixel: 0 };
 const VOLUME: Dimension = Dimension { length: 3, ..LENGTH };
@@ -149,10 +149,8 @@ fn said_of(on: &Evaluator<'_>, expr: &Expr, name: &str, a: &Standing<'_>) -> Val
         "held" => yes_no(expr, Some(on.state.held.as_deref() == Some(&object.name)), ""),
         // At least as high as it is wide, and as a level hand is above the table.
         _ => {
-            let wide = match object.shape {
-                Shape::Cuboid { size } => size.x.max(size.y),
-                Shape::Cylinder { .. } | Shape::Lathe { .. } => 2.0 * object.shape.outer_radius(),
-            };
+            let round = 2.0 * object.shape.outer_radius();
+            let wide = object.shape.faces().map_or(round, |[x, y]| x.max(y));
             let high = object.shape.height();
             let least = wide.max(LEVEL_HAND);
             limit(on, expr, high, least, high - least, 0.0)
@@ -195,13 +193,7 @@ fn measured(on: &Evaluator<'_>, name: &str, a: &Standing<'_>) -> Result<Measure,
         // Water it takes to the brim.
         "capacity" => Measure::exact(cavity("capacity")?.capacity, VOLUME),
         // The smallest width that a gripper would close on.
-        "width" => {
-            let width = match object.shape {
-                Shape::Cuboid { size } => size.x.min(size.y),
-                Shape::Cylinder { .. } | Shape::Lathe { .. } => 2.0 * object.shape.inner_radius(),
-            };
-            Measure::exact(width, LENGTH)
-        }
+        "width" => Measure::exact(object.shape.width(), LENGTH),
         // How far something held went round in its water.
         "stirring" => {
             let turned = on.facts.stirred(&object.name);

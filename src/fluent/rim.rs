@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::world::object::{Object, Shape};
+use crate::world::object::Object;
 use crate::world::{Point, Pose, frame};
 
 /// Points of an outline are this many to a full turn or to an edge: under 1 mm apart on a cup.
@@ -26,36 +26,26 @@ pub(super) fn middle(object: &Object, world_from_object: &WorldFromObject) -> Ve
 
 /// Returns the height of the lowest point of the whole object in the world, m.
 ///
-/// Source: the support function of a box, a cylinder or a stack of circles along −z.
+/// Source: the support function of its shape along −z.
 pub fn lowest_of(object: &Object, world_from_object: &WorldFromObject) -> f64 {
     let down = world_from_object.rotation().inverse() * -Vector3::z();
-    let reach = match object.shape {
-        Shape::Cuboid { size } => 0.5 * (size.x * down.x.abs() + size.y * down.y.abs()),
-        Shape::Cylinder { radius, .. } => radius * down.x.hypot(down.y),
-        Shape::Lathe { profile } => {
-            let across = down.x.hypot(down.y);
-            let reaches = profile.points().iter().map(|[r, z]| r * across + z * down.z);
-            return world_from_object.origin().z - reaches.fold(f64::NEG_INFINITY, f64::max);
-        }
-    };
-    let end = (object.shape.height() * down.z).max(0.0);
-    world_from_object.origin().z - reach - end
+    world_from_object.origin().z - object.shape.reach(&down)
 }
 
 /// Returns the rim as points in the world, m.
 pub(super) fn outline(object: &Object, world_from_object: &WorldFromObject) -> Vec<Vector3<f64>> {
     let z = object.shape.height();
     let at = |x: f64, y: f64| (*world_from_object * Point::new(x, y, z)).coords();
-    match object.shape {
-        Shape::Cylinder { .. } | Shape::Lathe { .. } => (0..FINENESS)
+    match object.shape.faces() {
+        None => (0..FINENESS)
             .map(|i| {
                 let radius = object.shape.rim_radius();
                 let (sin, cos) = (std::f64::consts::TAU * i as f64 / FINENESS as f64).sin_cos();
                 at(radius * cos, radius * sin)
             })
             .collect(),
-        Shape::Cuboid { size } => {
-            let (hx, hy) = (size.x / 2.0, size.y / 2.0);
+        Some([x, y]) => {
+            let (hx, hy) = (x / 2.0, y / 2.0);
             let corners = [(-hx, -hy), (hx, -hy), (hx, hy), (-hx, hy)];
             let edge = |k: usize| {
                 let ((x0, y0), (x1, y1)) = (corners[k], corners[(k + 1) % 4]);

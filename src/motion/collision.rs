@@ -38,10 +38,17 @@ impl Obstacle {
         Self { name: name.into(), solid: Placed { solid, pose: base_from_solid } }
     }
 
-    /// Returns an object of a scene, whose origin is the centre of its base.
-    pub fn of_object(name: &str, shape: &Shape, base_from_object: Pose<Base, Object>) -> Self {
-        let Placed { solid, pose } = Solid::of_object(shape);
-        Self::new(name, solid, base_from_object.isometry() * pose)
+    /// Returns an object of a scene, whose origin is the centre of its base, larger by `by` m: one obstacle, or one for each
+    /// convex part.
+    pub fn of_object(
+        name: &str,
+        shape: &Shape,
+        by: f64,
+        base_from_object: Pose<Base, Object>,
+    ) -> Vec<Self> {
+        let placed =
+            |part: Placed| Self::new(name, part.solid, base_from_object.isometry() * part.pose);
+        Solid::of_object(shape, by).into_iter().map(placed).collect()
     }
 }
 
@@ -154,14 +161,15 @@ impl<'a> CollisionWorld<'a> {
     /// Fixes an object to the flange. It is checked against obstacles and against all links that are not
     /// rigidly joined to the flange and are no jaws; those it is meant to touch.
     pub fn attach(&mut self, name: &str, shape: &Shape, flange_from_object: Pose<Flange, Object>) {
-        let Placed { solid, pose } = Solid::of_object(shape);
-        let placed = Placed { solid, pose: flange_from_object.isometry() * pose };
+        let solids = Solid::of_object(shape, 0.0).into_iter().map(|Placed { solid, pose }| {
+            Body::new(&Placed { solid, pose: flange_from_object.isometry() * pose })
+        });
         let tip = self.robot.tip;
         let held = self.parts.len();
         self.parts.push(Part {
             name: name.into(),
             link: tip,
-            solids: vec![Body::new(&placed)],
+            solids: solids.collect(),
             moves: true,
         });
         let set = rigid_sets(self.robot);

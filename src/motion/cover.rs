@@ -7,8 +7,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
 
-use super::mesh::Triangle;
 use super::solid::{Placed, Solid};
+use crate::world::mesh::read::Triangle;
 
 /// As often a part is halved: up to four solids. Chosen: a link is two housings and a tube between them.
 const HALVINGS: usize = 2;
@@ -27,6 +27,11 @@ const MARGIN: f64 = 1e-7;
 /// Returns solids that contain the triangles, in their frame.
 pub(super) fn cover(triangles: &[Triangle]) -> Vec<Placed> {
     best(triangles, HALVINGS).map_or_else(Vec::new, |(_, solids)| solids)
+}
+
+/// Returns the one solid that contains all points, in their frame; `None` without points.
+pub(super) fn around(points: &[Vector3<f64>]) -> Option<Placed> {
+    Some(one(points, &axes(points)?).1)
 }
 
 /// Returns the cover with the least volume that is found, m³, and it.

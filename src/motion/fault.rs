@@ -2,6 +2,8 @@
 //!
 //! Positions are in m or rad, masses in kg, as the variants say.
 
+use crate::world::mesh::read;
+
 /// Why a text is no robot this program can use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UrdfFault {
@@ -266,18 +268,9 @@ pub enum MeshFault {
     /// A file that cannot be read.
     #[error("it cannot be read: {0}")]
     Unread(String),
-    /// A format that is not read.
-    #[error("{} is not read, only STL and OBJ are", if .0.is_empty() { "a file without an ending" } else { .0 })]
-    Format(String),
-    /// Text or bytes that are not what the name says.
-    #[error("it is damaged")]
-    Broken,
-    /// Nothing in it.
-    #[error("it has no triangle")]
-    Empty,
-    /// More in it than a part of a robot has.
-    #[error("it has more than {0} triangles")]
-    TooLarge(usize),
+    /// Bytes that are no mesh.
+    #[error(transparent)]
+    Read(#[from] read::Unread),
 }
 
 /// What was assumed or left out while a URDF was read.

@@ -6,6 +6,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::cover;
 use crate::world::Shape;
 
 /// A convex solid about its own origin, m.
@@ -49,18 +50,38 @@ impl Solid {
         }
     }
 
-    /// Returns the solid that is, or holds, an object's outside and where it stands in the object's own frame, whose
-    /// origin is the centre of the base.
-    pub fn of_object(shape: &Shape) -> Placed {
-        let solid = match *shape {
-            Shape::Cuboid { size } => Self::Cuboid { half: size / 2.0 },
-            Shape::Cylinder { radius, height } => Self::Cylinder { radius, half: height / 2.0 },
-            // The cylinder around it: nothing of the thing is outside.
-            Shape::Lathe { profile } => {
-                Self::Cylinder { radius: profile.widest(), half: profile.height() / 2.0 }
+    /// Returns the solids that together are, or hold, an object's outside and where they stand in the object's own frame,
+    /// whose origin is the centre of the base: larger by `by` m on every side and at its top. A mesh has one for each of its
+    /// convex parts.
+    pub fn of_object(shape: &Shape, by: f64) -> Vec<Placed> {
+        let half = (shape.height() + by) / 2.0;
+        let solid = match shape {
+            Shape::Cuboid { size } => {
+                Self::Cuboid { half: Vector3::new(size.x / 2.0 + by, size.y / 2.0 + by, half) }
+            }
+            // The cylinder around what a lathe makes: nothing of the thing is outside.
+            Shape::Cylinder { .. } | Shape::Lathe { .. } => {
+                Self::Cylinder { radius: shape.outer_radius() + by, half }
+            }
+            Shape::Mesh { mesh } => {
+                let around = mesh.parts().iter().filter_map(|part| cover::around(part));
+                return around.map(|placed| placed.grown(by)).collect();
             }
         };
-        Placed { solid, pose: Isometry3::translation(0.0, 0.0, shape.height() / 2.0) }
+        vec![Placed { solid, pose: Isometry3::translation(0.0, 0.0, half) }]
+    }
+
+    /// Returns the solid larger by `by` m on every side.
+    #[must_use]
+    pub fn grown(&self, by: f64) -> Self {
+        match *self {
+            Self::Sphere { radius } => Self::Sphere { radius: radius + by },
+            Self::Capsule { radius, half } => Self::Capsule { radius: radius + by, half },
+            Self::Cylinder { radius, half } => {
+                Self::Cylinder { radius: radius + by, half: half + by }
+            }
+            Self::Cuboid { half } => Self::Cuboid { half: half.add_scalar(by) },
+        }
     }
 }
 
@@ -74,6 +95,12 @@ pub struct Placed {
 }
 
 impl Placed {
+    /// Returns it larger by `by` m on every side, where it is.
+    #[must_use]
+    pub fn grown(&self, by: f64) -> Self {
+        Self { solid: self.solid.grown(by), pose: self.pose }
+    }
+
     /// Returns the capsule of radius `radius` m about the segment from `a` to `b`, m.
     pub fn capsule(a: Vector3<f64>, b: Vector3<f64>, radius: f64) -> Self {
         let along = b - a;

@@ -20,6 +20,7 @@ use super::mesh;
 use super::robot::{Drive, Joint, JointLimits, Link, Motion, Robot, Visual};
 use super::solid::{Placed, Solid, merge_capsules};
 use super::tree;
+use crate::world::mesh::read;
 
 /// A joint without an acceleration limit reaches its speed limit in this time, s. Chosen: it is what
 /// the Gen3's large joints need (1.4 rad/s at 4.94 rad/s²), rounded down.
@@ -292,8 +293,8 @@ fn solids_of(
     let scale = scale.map_or(Vector3::repeat(1.0), |scale| Vector3::from(scale.0));
     let covered = || {
         // What is not read needs no looking for.
-        mesh::reader_of(filename)?;
-        let triangles = mesh::triangles(filename, &meshes(filename)?, &scale)?;
+        read::reader_of(filename)?;
+        let triangles = read::triangles(filename, &meshes(filename)?, &scale)?;
         Ok(cover(&triangles))
     };
     covered().map_err(|what| (filename.clone(), what))

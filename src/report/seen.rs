@@ -78,17 +78,15 @@ pub fn measured(
 ) -> String {
     let mut lines: Vec<String> = seen.iter().map(sighting).collect();
     for (name, thing) in things {
-        let size = match thing.shape {
+        let size = match &thing.shape {
             Shape::Cuboid { size } => {
                 let [x, y, z] = [size.x, size.y, size.z].map(|side| side * 1e3);
                 format!("box {x:.0} x {y:.0} x {z:.0} mm")
             }
-            Shape::Cylinder { radius, height } => {
-                format!("can of {:.0} mm radius, {:.0} mm high", radius * 1e3, height * 1e3)
-            }
-            Shape::Lathe { profile } => {
-                let [radius, high] = [profile.widest(), profile.height()].map(|side| side * 1e3);
-                format!("round thing of {radius:.0} mm radius, {high:.0} mm high")
+            // Only boxes and cans are measured.
+            round => {
+                let [radius, high] = [round.outer_radius(), round.height()].map(|side| side * 1e3);
+                format!("can of {radius:.0} mm radius, {high:.0} mm high")
             }
         };
         let at = thing.world_from_object.origin() * 1e3;

@@ -3,15 +3,17 @@
 //! The message is what a mistake displays as; its code, its label under the text and what would help stand
 //! beside it. Where it is wrong is for the reader to say.
 
+use super::mesh::NoMesh;
 use crate::language::nearest;
 use crate::units::{Dimension, Quantity, known_units};
+use crate::world::mesh::{self, read::Unread};
 use crate::world::profile::Fault;
 
 /// Properties a thing may have.
-const PROPERTIES: &[&str] = &["wall", "holds", "filled", "mass", "looks", "colour"];
+const PROPERTIES: &[&str] = &["wall", "holds", "filled", "mass", "unit", "looks", "colour"];
 
 /// Shapes a thing may have.
-const SHAPES: [&str; 6] = ["box", "cuboid", "cylinder", "cone", "ball", "lathe"];
+const SHAPES: [&str; 7] = ["box", "cuboid", "cylinder", "cone", "ball", "lathe", "mesh"];
 
 /// One thing that is wrong with a scene. Lengths in m, volumes in m³.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -72,6 +74,14 @@ pub(super) enum Mistake<'a> {
     NoProfile(Fault),
     #[error("the vessel `{thing}` has a neck, and liquid in a neck is not simulated")]
     Neck { thing: &'a str },
+    #[error("a mesh is a file")]
+    MeshNoFile,
+    #[error("`{file}` {}", mesh_fault(why))]
+    NoMesh { file: &'a str, why: NoMesh },
+    #[error("`{thing}` is a mesh, and no liquid is simulated in a mesh")]
+    MeshHolds { thing: &'a str },
+    #[error("`{thing}` is no mesh: its sizes have units of their own")]
+    UnitOfNone { thing: &'a str },
     #[error("this is not a colour")]
     NoColour,
     #[error("a thing has no `{name}`")]
@@ -140,6 +150,10 @@ impl Mistake<'_> {
             Self::NoProfile(_) => ("task::size", "not a profile"),
             Self::Neck { .. } => ("task::size", "narrower above than a straight side would be"),
             Self::NoColour => ("task::colour", "expected red, green and blue"),
+            Self::MeshNoFile => ("task::argument", "expected a file in quotes"),
+            Self::NoMesh { .. } => ("scene::mesh", "named here"),
+            Self::MeshHolds { .. } => ("task::type", "holds nothing"),
+            Self::UnitOfNone { .. } => ("task::argument", "not needed"),
         }
     }
 
@@ -185,6 +199,12 @@ impl Mistake<'_> {
                 "write three sides, such as `cuboid(65 mm, 65 mm, 140 mm)`"
             }
             Self::ShapeTakes { .. } => "write `cylinder(radius 40 mm, height 95 mm)`",
+            Self::MeshNoFile => "write `mesh \"bracket.stl\"`, the file beside the scene's",
+            Self::MeshHolds { .. } => {
+                "declare it as `Graspable` without `wall`, `holds` and `filled`, or give a vessel the shape `cylinder`, \
+                 `cone` or `lathe`"
+            }
+            Self::UnitOfNone { .. } => "remove `unit`; it says what one number in a mesh's file is",
             Self::NoColour => "write it as `\"#2050c0\"`, or name it in `looks`",
             other => return other.help_with_names(),
         };
@@ -227,10 +247,78 @@ impl Mistake<'_> {
                 format!("such as {such}")
             }
             Self::NoText { name } => format!("such as `{name} \"…\"`"),
+            Self::NoMesh { why, .. } => why.help(),
             // All others are said without a name.
             _ => String::new(),
         }
     }
+}
+
+/// What is wrong with a mesh's file, after its name.
+fn mesh_fault(why: &NoMesh) -> String {
+    match why {
+        NoMesh::Missing(_) => "is not there".into(),
+        NoMesh::Refused(why) => format!("cannot be read: {why}"),
+        NoMesh::File(why) => format!("is no mesh: {why}"),
+        NoMesh::Solid(why, _) => format!("is no solid thing: {why}"),
+    }
+}
+
+pub(super) fn mesh_is_looked_for(folder: &str) -> String {
+    format!(
+        "it is looked for in `{folder}`, the folder of the scene's file; correct the name, or copy it there"
+    )
+}
+
+pub(super) fn mesh_permissions() -> String {
+    "check its permissions, and that it is a file of at most 64 MiB".into()
+}
+
+pub(super) fn mesh_of_bytes(why: &Unread) -> String {
+    match why {
+        Unread::Format(_) => {
+            "save it as `.stl` or `.obj` in your modeller or with `meshlabserver`".into()
+        }
+        Unread::Broken => {
+            "a number is missing or not finite, or it ends too early: export it again".into()
+        }
+        Unread::Empty => {
+            "an OBJ needs faces (`f 1 2 3`), an STL triangles: export it as a mesh".into()
+        }
+        Unread::TooLarge(_) => {
+            "reduce it in your modeller: some hundreds of triangles are enough".into()
+        }
+    }
+}
+
+pub(super) fn mesh_of_size(fault: &mesh::Fault, fits: Option<&str>) -> String {
+    match (fits, fault) {
+        (Some(unit), _) => {
+            format!("write `unit {unit}` in its braces if that is what one number in the file is")
+        }
+        (None, mesh::Fault::Large(_)) => {
+            "a thing is at most 2 m large: `unit` says what one number in the file is".into()
+        }
+        (None, _) => {
+            "a thing is at least 2 mm large: `unit` says what one number in the file is".into()
+        }
+    }
+}
+
+pub(super) fn mesh_of_triangles(fault: &mesh::Fault) -> String {
+    let said = match fault {
+        mesh::Fault::TooMany(_) => {
+            "reduce it in your modeller (Blender: Decimate; MeshLab: Quadric Edge Collapse); some hundreds are enough"
+        }
+        mesh::Fault::Open { .. } => {
+            "close its holes (Blender: Mesh, Clean Up, Fill Holes; MeshLab: Close Holes); a sheet needs a thickness"
+        }
+        mesh::Fault::Turned { .. } => {
+            "make all faces look outwards (Blender: Mesh, Normals, Recalculate Outside; MeshLab: Re-Orient Faces)"
+        }
+        _ => "give it a thickness",
+    };
+    said.into()
 }
 
 fn did_you_mean(name: &str) -> String {

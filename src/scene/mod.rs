@@ -3,6 +3,7 @@
 //! What a scene is, once read, is [`crate::world::scene`]'s.
 
 mod error;
+mod mesh;
 mod read;
 mod thing;
 pub mod write;

@@ -30,8 +30,13 @@ pub const SOLID_DENSITY: f64 = 700.0;
 
 impl Reader<'_> {
     pub(super) fn object(&mut self, thing: &SceneThing) -> Option<Object> {
-        let shape = self.shape(thing, 2.0);
+        let is_mesh = thing.shape.name.text == "mesh";
+        let shape = if is_mesh { None } else { self.shape(thing, 2.0) };
         let given = self.properties(thing);
+        let shape = if is_mesh { self.mesh(thing, given.unit) } else { shape };
+        if !is_mesh && given.unit.is_some() {
+            self.tell(thing.span, &Mistake::UnitOfNone { thing: &thing.name.text });
+        }
         for literal in thing.at.iter().flat_map(|(at, _)| at) {
             self.coordinate(*literal);
         }
@@ -60,9 +65,14 @@ impl Reader<'_> {
             colour,
             mass: 0.0,
         };
-        let mut solid = shape.volume() * SOLID_DENSITY;
+        let mut solid = object.shape.volume() * SOLID_DENSITY;
         if vessel {
             let wall = given.wall.unwrap_or(0.003);
+            let shape = &object.shape;
+            if matches!(shape, Shape::Mesh { .. }) {
+                self.tell(thing.span, &Mistake::MeshHolds { thing: &thing.name.text });
+                return None;
+            }
             if let Shape::Lathe { profile } = shape
                 && !profile.is_convex()
             {
@@ -89,7 +99,7 @@ impl Reader<'_> {
                 self.tell(thing.span, &mistake);
             }
             object.cavity = Some(Cavity { wall, capacity, filled });
-            solid = (shape.volume() - brim) * WALL_DENSITY;
+            solid = (object.shape.volume() - brim) * WALL_DENSITY;
         }
         object.mass = given.mass.unwrap_or(solid);
         Some(object)
@@ -100,7 +110,8 @@ impl Reader<'_> {
     pub(super) fn shape(&mut self, thing: &SceneThing, most: f64) -> Option<Shape> {
         let call = &thing.shape;
         let mut named: Vec<(Option<&str>, f64)> = Vec::new();
-        for arg in &call.args {
+        let numbers = call.args.iter().filter(|_| call.name.text != "mesh");
+        for arg in numbers {
             let literal = literal(arg.values.first()?)?;
             // A profile begins at height 0, and a cone may end in a tip.
             let may_be_none = matches!(call.name.text.as_str(), "lathe" | "cone");
@@ -118,6 +129,8 @@ impl Reader<'_> {
             "cone" => &["bottom", "top", "height"],
             "ball" => &["radius"],
             "lathe" => return self.lathe(thing, &named),
+            // A table is none; a thing's is read with its unit.
+            "mesh" => return None,
             name => {
                 self.tell(call.name.span, &Mistake::UnknownShape { name });
                 return None;
@@ -190,6 +203,7 @@ impl Reader<'_> {
                 "wall" => given.wall = self.amount(property, Dimension::LENGTH, "`3 mm`"),
                 "holds" => given.holds = self.amount(property, Dimension::VOLUME, "`250 mL`"),
                 "filled" => given.filled = self.amount(property, Dimension::VOLUME, "`150 mL`"),
+                "unit" => given.unit = self.amount(property, Dimension::LENGTH, "`1 mm`"),
                 "mass" => given.mass = self.amount(property, Dimension::MASS, "`160 g`"),
                 "looks" => given.looks = self.text(property),
                 "colour" | "color" => {
@@ -255,6 +269,7 @@ pub(super) struct Given {
     holds: Option<f64>,
     filled: Option<f64>,
     mass: Option<f64>,
+    unit: Option<f64>,
     looks: Option<String>,
     pub(super) colour: Option<[u8; 3]>,
 }

@@ -9,6 +9,7 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 
 use super::thing::COLOURS;
+use crate::units::Quantity;
 use crate::world::{Object, Pixel, Scene, Shape};
 
 /// Returns the scene as text, with a line of documentation (`///`) above it and a comment behind some things, by name.
@@ -102,17 +103,18 @@ fn hue([r, g, b]: [u8; 3]) -> (nalgebra::Vector2<f64>, f64) {
 }
 
 fn thing(object: &Object) -> String {
-    let shape = match object.shape {
+    let shape = match &object.shape {
         Shape::Cuboid { size } => {
             format!("cuboid({}, {}, {})", mm(size.x), mm(size.y), mm(size.z))
         }
         Shape::Cylinder { radius, height } => {
-            format!("cylinder(radius {}, height {})", mm(radius), mm(height))
+            format!("cylinder(radius {}, height {})", mm(*radius), mm(*height))
         }
         Shape::Lathe { profile } => {
             let points = profile.points().iter().map(|[r, z]| format!("{}, {}", mm(*r), mm(*z)));
             format!("lathe({})", points.collect::<Vec<_>>().join(", "))
         }
+        Shape::Mesh { mesh } => format!("mesh \"{}\"", mesh.file()),
     };
     let mut words = format!("{}: {} = {shape} {{", object.name, object.kind);
     if let Some(cavity) = object.cavity {
@@ -121,6 +123,9 @@ fn thing(object: &Object) -> String {
         if filled > 0.0 {
             let _ = write!(words, " filled {filled:.0} mL");
         }
+    }
+    if let Shape::Mesh { mesh } = &object.shape {
+        let _ = write!(words, " unit {}", Quantity::metres(mesh.unit()));
     }
     let _ = write!(words, " mass {:.0} g", object.mass * 1e3);
     if !object.looks.is_empty() {

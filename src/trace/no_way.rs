@@ -27,6 +27,8 @@ pub enum Why {
         /// The fingers' opening, m.
         opening: f64,
     },
+    /// Fingers find no two sides opposite each other.
+    NoSides,
     /// The arm does not reach.
     OutOfReach {
         /// The smallest distance between the goal and what the tool can reach, m.
@@ -83,6 +85,9 @@ impl std::fmt::Display for NoWay {
                 width * 1e3,
                 opening * 1e3
             ),
+            Why::NoSides => {
+                write!(f, "fingers that close level find no two upright sides opposite each other")
+            }
             Why::OutOfReach { nearest } if *nearest < FOLLOWED => {
                 write!(f, "the arm reaches it but cannot follow the straight way there and back")
             }

@@ -43,17 +43,17 @@ impl Basin {
     pub fn new(outside: &Shape, wall: f64) -> Self {
         let inside = |half: f64| half - wall;
         let rim = outside.height();
-        let (x, y, area, round) = match *outside {
-            Shape::Cuboid { size } => {
-                let (x, y) = (inside(0.5 * size.x), inside(0.5 * size.y));
+        let (x, y, area, round) = match (outside, outside.faces()) {
+            (_, Some([x, y])) => {
+                let (x, y) = (inside(0.5 * x), inside(0.5 * y));
                 (x, y, 4.0 * x * y, false)
             }
-            Shape::Cylinder { radius, .. } => {
-                let r = inside(radius);
+            (Shape::Lathe { profile }, _) => {
+                let r = inside(profile.widest());
                 (r, r, std::f64::consts::PI * r * r, true)
             }
-            Shape::Lathe { profile } => {
-                let r = inside(profile.widest());
+            (_, None) => {
+                let r = inside(outside.inner_radius());
                 (r, r, std::f64::consts::PI * r * r, true)
             }
         };

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::fluid::{Dribble, Rim};
 use super::{Hindrance, Settings};
-use crate::world::{Object, Scene, Shape};
+use crate::world::{Object, Scene};
 
 /// One effect with its numbers, SI. Joints count from 0.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,18 +155,7 @@ impl Effect {
 fn grow(object: &mut Object, by: &Vector3<f64>) {
     let inside = |object: &Object| object.inside().map_or(0.0, |inside| inside.volume());
     let before = inside(object);
-    object.shape = match object.shape {
-        Shape::Cuboid { size } => Shape::Cuboid { size: size + by },
-        // Seen from above it is round: what is wider one way is wider every way.
-        Shape::Cylinder { radius, height } => {
-            let wider = if by.x.abs() > by.y.abs() { by.x } else { by.y };
-            Shape::Cylinder { radius: radius + 0.5 * wider, height: height + by.z }
-        }
-        Shape::Lathe { profile } => {
-            let wider = if by.x.abs() > by.y.abs() { by.x } else { by.y };
-            Shape::Lathe { profile: profile.grown(0.5 * wider, by.z) }
-        }
-    };
+    object.shape = object.shape.stretched(by);
     let after = inside(object);
     if let Some(cavity) = &mut object.cavity {
         let to_rim = cavity.capacity > before * (1.0 - 1e-6);

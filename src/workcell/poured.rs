@@ -11,7 +11,7 @@ use crate::motion::Robot;
 use crate::motion::dynamics::GRAVITY;
 use crate::trace::{Deed, StepRecord};
 use crate::units::{Dimension, Unit};
-use crate::world::{Object, Pose, Scene, Shape};
+use crate::world::{Object, Pose, Scene};
 
 use super::{Run, weighed, wording};
 
@@ -136,12 +136,12 @@ fn falls(vessel: &Object, time: &[f64], lips: &[Point3<f64>], row: usize) -> Poi
 /// Returns the point of the rim that is lowest when `down` is down, m in the object's frame.
 fn lip(object: &Object, down: &Vector3<f64>) -> Point3<f64> {
     let z = object.shape.height();
-    match object.shape {
-        Shape::Cuboid { size } if down.x.abs() > down.y.abs() => {
-            Point3::new(0.5 * size.x * down.x.signum(), 0.0, z)
+    match object.shape.faces() {
+        Some([x, _]) if down.x.abs() > down.y.abs() => {
+            Point3::new(0.5 * x * down.x.signum(), 0.0, z)
         }
-        Shape::Cuboid { size } => Point3::new(0.0, 0.5 * size.y * down.y.signum(), z),
-        Shape::Cylinder { .. } | Shape::Lathe { .. } => {
+        Some([_, y]) => Point3::new(0.0, 0.5 * y * down.y.signum(), z),
+        None => {
             let radius = object.shape.rim_radius();
             let across = down.x.hypot(down.y).max(1e-9);
             Point3::new(radius * down.x / across, radius * down.y / across, z)
@@ -151,9 +151,6 @@ fn lip(object: &Object, down: &Vector3<f64>) -> Point3<f64> {
 
 /// Returns how far inside a vessel's mouth a point is, seen from above, m; negative outside.
 fn inside(vessel: &Object, place: &Point3<f64>) -> f64 {
-    let mouth = vessel.inside().unwrap_or(vessel.shape);
-    match mouth {
-        Shape::Cuboid { size } => (0.5 * size.x - place.x.abs()).min(0.5 * size.y - place.y.abs()),
-        Shape::Cylinder { .. } | Shape::Lathe { .. } => mouth.rim_radius() - place.x.hypot(place.y),
-    }
+    let mouth = vessel.inside().unwrap_or_else(|| vessel.shape.clone());
+    mouth.inset(place.x, place.y)
 }

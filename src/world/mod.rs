@@ -6,20 +6,24 @@
 pub mod camera;
 pub mod camera_file;
 pub mod frame;
+pub mod mesh;
 pub mod object;
 pub mod profile;
 pub mod region;
 pub mod scene;
+pub mod shape;
 pub mod support;
 
 use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Intrinsics, Pixel, Ray};
 pub use frame::{Point, Pose};
-pub use object::{Cavity, Material, Object, Shape, WATER_DENSITY};
+pub use mesh::Mesh;
+pub use object::{Cavity, Material, Object, WATER_DENSITY};
 pub use profile::Profile;
 pub use region::Region;
 pub use scene::{Mark, Scene, Table};
+pub use shape::Shape;
 pub use support::Support;
 
 /// What is known of one object at one instant.

@@ -78,8 +78,8 @@ pub enum Refused {
     /// The sides do not have the directions of a solid standing on the table.
     #[error("the contour has {0} key points, {1} are needed")]
     FewPoints(usize, usize),
-    /// A round thing whose radius changes has no key points; its outline places it.
-    #[error("the contour of a round thing of changing width has no key points")]
+    /// What is neither a box nor a cylinder has no key points; its outline places it.
+    #[error("the contour of a thing that is neither a box nor a cylinder has no key points")]
     Profile,
     /// The solid of the known size does not fit the contour.
     #[error("the known solid misses the contour by {0:.1} px")]
@@ -205,7 +205,7 @@ pub fn place(
     let placed = match object.shape {
         Shape::Cuboid { size } => cuboid::place(&contour, view, size)?,
         Shape::Cylinder { radius, height } => cylinder::place(&contour, view, radius, height)?,
-        Shape::Lathe { .. } => return Err(Refused::Profile),
+        Shape::Lathe { .. } | Shape::Mesh { .. } => return Err(Refused::Profile),
     };
     let [u0, v0, u1, v1] = Outline::new(view, &object.shape, &placed.pose(), 4).bounds();
     if placed.rms_px > (MISFIT * (u1 - u0).min(v1 - v0)).max(2.0) {

@@ -38,29 +38,15 @@ const OTHERS: [[f64; 2]; 8] = [
 /// The solids that a thing may be mistaken for.
 fn others(object: &Object) -> Vec<Object> {
     let as_shape = |shape: Shape| Object { shape, ..object.clone() };
-    let mut all: Vec<Object> = OTHERS
-        .iter()
-        .map(|[wide, high]| {
-            as_shape(match object.shape {
-                Shape::Cuboid { size } => Shape::Cuboid {
-                    size: Vector3::new(wide * size.x, wide * size.y, high * size.z),
-                },
-                Shape::Cylinder { radius, height } => {
-                    Shape::Cylinder { radius: wide * radius, height: high * height }
-                }
-                Shape::Lathe { profile } => Shape::Lathe { profile: profile.scaled(*wide, *high) },
-            })
-        })
-        .collect();
+    let mut all: Vec<Object> =
+        OTHERS.iter().map(|[wide, high]| as_shape(object.shape.scaled(*wide, *high))).collect();
     let mean = 0.5 * (object.shape.inner_radius() + object.shape.outer_radius());
-    all.push(as_shape(match object.shape {
-        Shape::Cuboid { size } => Shape::Cylinder { radius: mean, height: size.z },
-        Shape::Cylinder { radius, height } => {
-            Shape::Cuboid { size: Vector3::new(1.8 * radius, 1.8 * radius, height) }
-        }
-        Shape::Lathe { profile } => {
-            let side = 1.8 * profile.widest();
-            Shape::Cuboid { size: Vector3::new(side, side, profile.height()) }
+    let height = object.shape.height();
+    all.push(as_shape(match object.shape.faces() {
+        Some(_) => Shape::Cylinder { radius: mean, height },
+        None => {
+            let side = 1.8 * object.shape.outer_radius();
+            Shape::Cuboid { size: Vector3::new(side, side, height) }
         }
     }));
     all

@@ -69,7 +69,7 @@ pub(super) fn judge(
     (sighting.std, sighting.yaw_std) = spread(&best, object);
     sighting.checks.fit_place = Some([best.x, best.y, best.yaw]);
 
-    let outline = evidence.outline(&best.pose(), PER_EDGE);
+    let outline = evidence.silhouette(&best.pose(), PER_EDGE);
     let own = own_cut(picture, view, evidence, &outline, bounds(&outline, (w, h)));
     sighting.checks.helped = own.as_ref().is_some_and(|own| own.helped);
     sighting.checks.refused = own.as_ref().and_then(|own| own.placed.as_ref().err().copied());
@@ -95,7 +95,7 @@ pub(super) fn judge(
             sighting.yaw_std = found.covariance[(2, 2)].max(0.0).sqrt();
         }
     }
-    let outline = evidence.outline(&best.pose(), PER_EDGE);
+    let outline = evidence.silhouette(&best.pose(), PER_EDGE);
     sighting.bbox = bounds(&outline, (w, h));
     sighting.score = best.score;
     sighting.world_from_object = Some(best.pose());

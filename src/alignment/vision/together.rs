@@ -124,7 +124,7 @@ impl Everything<'_> {
                 && belief(&other.score) > FOUND
                 && other.score.total >= at.score.total
             {
-                known.hulls.push(self.outline(j, other).hull);
+                known.hulls.extend_from_slice(self.outline(j, other).polygons());
             }
         }
         let outline = self.outline(i, at);
@@ -145,7 +145,7 @@ impl Everything<'_> {
     /// The silhouette of a thing at a place.
     fn outline(&self, i: usize, at: &Candidate) -> Outline {
         let Sought { object, view, .. } = &self.sought[i];
-        Outline::new(view, &object.shape, &at.pose(), HULL_POINTS)
+        Outline::whole(view, &object.shape, &at.pose(), HULL_POINTS)
     }
 
     fn searched(&self) -> Vec<Searched> {
@@ -177,7 +177,7 @@ impl Everything<'_> {
                 && self.covers((j, other), (i, &own))
                 && belief(&other.score) > FOUND
             {
-                hidden.hulls.push(self.outline(j, other).hull);
+                hidden.hulls.extend_from_slice(self.outline(j, other).polygons());
             }
         }
         hidden

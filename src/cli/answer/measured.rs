@@ -63,7 +63,7 @@ impl Answer {
             let pose = &thing.world_from_object;
             Thing {
                 name: (*name).to_owned(),
-                shape: thing.shape,
+                shape: thing.shape.clone(),
                 xy_m: pose.origin().xy().into(),
                 yaw_rad: pose.rotation().euler_angles().2,
                 std_m: thing.std,

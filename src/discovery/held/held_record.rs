@@ -387,14 +387,10 @@ fn pivoted(
 /// Returns by how much an opening differs from what is between the fingers, and which axis of the thing that
 /// is. `across` is along the fingers' way, in the thing's frame, if its turn was seen.
 fn between(object: &Object, opening: f64, across: Option<Vector3<f64>>) -> (f64, usize) {
-    let size = match object.shape {
+    let size = match &object.shape {
         Shape::Cuboid { size } => [size.x, size.y],
-        Shape::Cylinder { radius, .. } => return (opening - 2.0 * radius, 0),
         // Where between its narrowest and its widest place it is held nobody says.
-        Shape::Lathe { profile } => {
-            let [least, most] = [2.0 * profile.narrowest(), 2.0 * profile.widest()];
-            return (opening - opening.clamp(least, most), 0);
-        }
+        other => return (opening - other.between(opening), 0),
     };
     let axis = match across {
         Some(across) => usize::from(across.y.abs() > across.x.abs()),

@@ -9,7 +9,6 @@ use super::super::refusal::Refusal;
 use super::super::tool_pose::ToolPose;
 use super::ActionContext;
 use crate::trace::NoWay;
-use crate::world::Shape;
 
 /// How fast `arm.turn_about` turns the hand, rad/s. Chosen: 30 deg/s, a third of what joint 7 may do.
 const TURNING: f64 = 30.0 * std::f64::consts::PI / 180.0;
@@ -73,12 +72,9 @@ impl ActionContext {
     /// `twin.size(o)`: the box that `o` fills when it stands, m.
     pub(in super::super) fn size(&self, o: &str) -> Result<[f64; 3], ActionError> {
         let object = self.setting.cell.scene.object(o);
-        let shape = object.ok_or_else(|| Refusal::NoObject(o.to_owned()))?.shape;
-        let wide = 2.0 * shape.outer_radius();
-        Ok(match shape {
-            Shape::Cuboid { size } => size.into(),
-            Shape::Cylinder { .. } | Shape::Lathe { .. } => [wide, wide, shape.height()],
-        })
+        let shape = &object.ok_or_else(|| Refusal::NoObject(o.to_owned()))?.shape;
+        let [x, y] = shape.faces().unwrap_or([2.0 * shape.outer_radius(); 2]);
+        Ok([x, y, shape.height()])
     }
 
     pub(super) fn logged_path(&mut self) -> Result<Option<Vec<Vec<f64>>>, ActionError> {

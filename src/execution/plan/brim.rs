@@ -26,20 +26,18 @@ pub(super) fn signed_volume(inside: &Shape, toward: &Vector3<f64>, tilt: f64) ->
 
 fn volume(inside: &Shape, toward: &Vector3<f64>, tilt: f64) -> f64 {
     let height = inside.height();
-    let (half_x, half_y) = match *inside {
-        Shape::Cuboid { size } => (0.5 * size.x, 0.5 * size.y),
-        Shape::Cylinder { radius, .. } => (radius, radius),
-        Shape::Lathe { profile } => (profile.widest(), profile.widest()),
+    let [half_x, half_y] = match inside.faces() {
+        Some(sides) => sides.map(|side| 0.5 * side),
+        None => [inside.outer_radius(); 2],
     };
     // From where to where there is room over a place.
-    let room = |x: f64, y: f64| match *inside {
-        Shape::Cuboid { .. } => Some([0.0, height]),
-        Shape::Cylinder { radius, .. } => (x.hypot(y) <= radius).then_some([0.0, height]),
+    let room = |x: f64, y: f64| match inside {
         Shape::Lathe { profile } => profile.heights_at(x.hypot(y)),
+        _ => inside.is_below(x, y).then_some([0.0, height]),
     };
-    let reach = match *inside {
-        Shape::Cuboid { .. } => half_x * toward.x.abs() + half_y * toward.y.abs(),
-        Shape::Cylinder { .. } | Shape::Lathe { .. } => inside.rim_radius(),
+    let reach = match inside.faces() {
+        Some(_) => half_x * toward.x.abs() + half_y * toward.y.abs(),
+        None => inside.rim_radius(),
     };
     let place = |k: i32| (2.0 * (f64::from(k) + 0.5) / f64::from(COLUMNS)) - 1.0;
     let column = 4.0 * half_x * half_y / f64::from(COLUMNS * COLUMNS);

@@ -1,13 +1,12 @@
 //! Ways to take an object between the fingers from the side.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
-
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation2, Rotation3, Vector3};
 
 use crate::world::frame::{Object, Tool, World};
 use crate::world::{Point, Pose, Shape, support};
 
 use super::super::wording;
+use super::grip;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
 
 /// How far before the object the hand stops first, m. A 2F-85's fingertips reach 32 mm past the tool point (the jaws'
@@ -24,10 +23,6 @@ const ROOM: f64 = 0.004;
 /// many there is none left for another attempt when ways fail for one reason; with twice as many the timing of ways
 /// that nobody rehearses costs as much again.
 const KEPT: usize = 8;
-/// Where along its height an object is taken, as shares of it, in the order they are tried. Chosen: below half of the
-/// height the wrist is near the table and the thing hangs top-heavy; above two thirds the pads, 22 mm high, come near
-/// the lip of what is low.
-pub(super) const SHARES_UP: [f64; 3] = [0.60, 0.52, 0.68];
 /// How much is left between the table and the palm of a level hand, m: a 2F-85, whose box reaches 37.5 mm below the
 /// tool point, takes an object no lower than 55 mm. Chosen between: with none of it the hand would be on the table, at
 /// 55 mm more it would be over whatever is lower than 110 mm.
@@ -70,16 +65,6 @@ const MOST_BACK: f64 = 0.022;
 /// So much of the fingers stays past the middle of a round object, m, or it slips out. With it a 2F-85, whose tips are
 /// 32 mm ahead of the tool point, is drawn back by no more than [`MOST_BACK`], and a Panda's, 9.5 mm ahead, not at all.
 const PAST_MIDDLE: f64 = 0.010;
-/// Where a thing whose radius changes may be taken: from this share of its height, in steps. Chosen: from a third, below
-/// which it hangs over, to nine tenths, above which the pads pass its top.
-const LOWEST_SHARE: f64 = 0.36;
-const SHARE_STEP: f64 = 0.06;
-const SHARES: i32 = 8;
-/// Slopes of a side that differ by less are held alike, no unit. Chosen: 6 deg; a cup that opens upwards by 3 deg was taken
-/// and poured at any height, a skittle by a side of 14 deg leant in the hand and fell.
-const SLOPES: f64 = 0.1;
-/// Half the height of the pads of the fingers, m: those of a 2F-85 are 22 mm high.
-const PAD: f64 = 0.011;
 /// Points around a round object for the distance to the palm: at 24 a point is at most 7.5 deg from the nearest one,
 /// and for a radius of 42 mm the distance is overestimated by 0.4 mm (`r (1 - cos 7.5 deg)`), a tenth of the room.
 const AROUND: usize = 24;
@@ -92,10 +77,6 @@ const SAME_HEADING: f64 = 0.1;
 /// So many ways of one heading are kept. Chosen: of [`KEPT`] that leaves room for three headings; with one a heading
 /// has no second branch when the first is refused, with six nothing else is left to choose from.
 const ALIKE: usize = 3;
-/// Directions from which a round object is approached. Chosen: 22.5 deg apart. With eight a table corner may hide all
-/// that are free; with 32 each costs as much again and two neighbours touch the same things.
-const AROUND_CYLINDER: i32 = 16;
-
 /// One way to take an object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grasp {
@@ -134,8 +115,11 @@ impl Planner {
         let object = self.cell.scene.object(o).ok_or_else(|| no(Why::NotSeen(o.to_owned())))?;
         let pose = self.pose(o, &what)?;
         let stroke = self.robot().max_opening();
-        let headings = headings(&object.shape, pose.yaw(), stroke)
-            .map_err(|width| no(Why::TooWide { width, opening: stroke }))?;
+        let fits = |width: f64| width + 2.0 * ROOM <= stroke;
+        let width = grip::narrowest(&object.shape).ok_or_else(|| no(Why::NoSides))?;
+        if !fits(width) {
+            return Err(no(Why::TooWide { width, opening: stroke }));
+        }
 
         // The jaws are meant to come close to the object, the palm is not.
         let within = support::below(&self.cell.scene, &self.state.objects, object, &pose).name;
@@ -147,13 +131,16 @@ impl Planner {
         let mut ways: Vec<Lifted> = Vec::new();
         let lowest = self.lowest(pitch);
         // Above the middle, where there is room for the wrist below and the lip stays free.
-        'looking: for share in shares_up(&object.shape) {
+        'looking: for share in grip::shares_up(&object.shape) {
             let height = (share * object.shape.height()).max(lowest - pose.origin().z);
-            if girth(&object.shape, height).is_some_and(|width| width + 2.0 * ROOM > stroke) {
-                continue;
-            }
-            for &heading in &headings {
-                let middle = side_pose(pose.origin() + Vector3::z() * height, heading, pitch);
+            let grips = grip::at_height(&object.shape, height);
+            for grip in grips.iter().filter(|grip| fits(grip.width)) {
+                // Round things are taken from the same sides of the table however they are turned.
+                let yaw = if object.shape.symmetry() > 0.0 { pose.yaw() } else { 0.0 };
+                let heading = yaw + grip.heading;
+                let aside = Rotation2::new(yaw) * grip.middle;
+                let middle = pose.origin() + Vector3::new(aside.x, aside.y, height);
+                let middle = side_pose(middle, heading, pitch);
                 let Some(at) = self.clear_of_palm(&middle, o) else {
                     dropped.tried += 1;
                     dropped.touches(self.palm_link(), o);
@@ -258,7 +245,8 @@ impl Planner {
         let back = (palm.z + PALM_ROOM - nearest).max(0.0);
         let most = match object.shape {
             Shape::Cuboid { .. } => MOST_BACK,
-            Shape::Cylinder { .. } | Shape::Lathe { .. } => {
+            // A mesh may be held by a corner as well as by a face.
+            Shape::Cylinder { .. } | Shape::Lathe { .. } | Shape::Mesh { .. } => {
                 (self.robot().fingers_ahead()? - PAST_MIDDLE).clamp(0.0, MOST_BACK)
             }
         };
@@ -299,64 +287,6 @@ fn spread(ways: Vec<Lifted>, passes: &dyn Fn(&Lifted) -> bool) -> Vec<Grasp> {
 /// Returns the largest change of a joint between two positions, rad.
 pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-}
-
-/// Returns the directions, rad in the world, along which the fingers can slide past an object.
-///
-/// # Errors
-///
-/// The narrowest width, m, when none fits.
-fn headings(shape: &Shape, yaw: f64, stroke: f64) -> Result<Vec<f64>, f64> {
-    let fits = |width: f64| width + 2.0 * ROOM <= stroke;
-    match *shape {
-        Shape::Cuboid { size } => {
-            // Moving along the object's x the fingers close on its y faces, and the other way round.
-            let faces = [(0.0, size.y), (FRAC_PI_2, size.x)];
-            let found: Vec<f64> = faces
-                .iter()
-                .filter(|(_, width)| fits(*width))
-                .flat_map(|(turn, _)| [yaw + turn, yaw + turn + std::f64::consts::PI])
-                .collect();
-            if found.is_empty() { Err(size.x.min(size.y)) } else { Ok(found) }
-        }
-        Shape::Cylinder { .. } | Shape::Lathe { .. } => {
-            let shares = shares_up(shape);
-            let widths = shares.iter().filter_map(|up| girth(shape, up * shape.height()));
-            let width = widths.fold(f64::INFINITY, f64::min);
-            let each = 0..AROUND_CYLINDER;
-            let around = each.map(|i| f64::from(i) * TAU / f64::from(AROUND_CYLINDER));
-            if fits(width) { Ok(around.collect()) } else { Err(width) }
-        }
-    }
-}
-
-/// Returns where along its height an object is taken, as shares of it: of a thing whose radius changes where its side is
-/// steepest, for on a slope the pads touch along a line and the thing leans.
-fn shares_up(shape: &Shape) -> [f64; 3] {
-    let Shape::Lathe { profile } = shape else { return SHARES_UP };
-    let slope = |share: f64| {
-        let z = share * profile.height();
-        let slopes = [-PAD, 0.0, PAD].map(|up| profile.slope_at(z + up).abs());
-        // What differs by less than a pad gives way is alike; then as near to where others are taken as can be.
-        let steps = (slopes.into_iter().fold(0.0, f64::max) / SLOPES).floor();
-        (steps, (share - SHARES_UP[0]).abs())
-    };
-    let mut shares: Vec<f64> =
-        (0..=SHARES).map(|k| LOWEST_SHARE + f64::from(k) * SHARE_STEP).collect();
-    shares.sort_by(|a, b| slope(*a).partial_cmp(&slope(*b)).unwrap_or(std::cmp::Ordering::Equal));
-    [shares[0], shares[1], shares[2]]
-}
-
-/// Returns how wide a round thing is between pads at a height, m; `None` for what has faces.
-fn girth(shape: &Shape, height: f64) -> Option<f64> {
-    match *shape {
-        Shape::Cuboid { .. } => None,
-        Shape::Cylinder { radius, .. } => Some(2.0 * radius),
-        Shape::Lathe { profile } => {
-            let at = |up: f64| profile.radius_at(height + up);
-            Some(2.0 * at(-PAD).max(at(0.0)).max(at(PAD)))
-        }
-    }
 }
 
 /// Returns the tool pose at `at` m that points along `heading` rad, `pitch` rad down, its jaws opening

@@ -31,7 +31,7 @@ pub(super) fn walls(object: &Object, doubt: f64) -> Vec<(Solid, Isometry3<f64>)>
             })
             .collect::<Vec<_>>()
     };
-    let (mut walls, under) = match (object.shape, inside) {
+    let (mut walls, under) = match (&object.shape, &inside) {
         (Shape::Cuboid { size }, Shape::Cuboid { size: inner }) => {
             let walls = around(4, &|yaw| {
                 let (out, gap, along) = if yaw.cos().abs() > 0.5 {
@@ -43,14 +43,14 @@ pub(super) fn walls(object: &Object, doubt: f64) -> Vec<(Solid, Isometry3<f64>)>
             });
             (walls, Vector3::new(size.x, size.y, floor))
         }
-        (Shape::Cylinder { .. } | Shape::Lathe { .. }, inner) => {
+        (round, inner) if round.faces().is_none() => {
             let radius = object.shape.outer_radius();
             let thick = radius - inner.inner_radius();
             let long = 2.0 * radius * (0.5 * TAU / f64::from(SLABS)).tan();
             let walls = around(SLABS, &|_| (radius - 0.5 * thick, thick, long));
             (walls, Vector3::new(2.0 * radius, 2.0 * radius, floor))
         }
-        (Shape::Cuboid { .. }, Shape::Cylinder { .. } | Shape::Lathe { .. }) => return Vec::new(),
+        _ => return Vec::new(),
     };
     walls.push(slab(0.0, 0.0, 0.5 * floor, 0.0, under));
     walls
@@ -67,7 +67,7 @@ mod tests {
             Shape::Cylinder { radius: 0.08, height: 0.06 },
             Shape::Cuboid { size: Vector3::new(0.12, 0.16, 0.06) },
         ] {
-            let walls = walls(&vessel(shape, 1e-3), 0.0);
+            let walls = walls(&vessel(shape.clone(), 1e-3), 0.0);
             let hit = |x: f64, y: f64, z: f64| {
                 walls.iter().any(|(solid, pose)| {
                     let Solid::Cuboid { half } = solid else { panic!() };
@@ -77,7 +77,7 @@ mod tests {
             };
             assert!(!hit(0.0, 0.0, 0.03) && !hit(0.04, 0.03, 0.03));
             assert!(hit(0.0, 0.0, 0.001), "the floor");
-            let edge = if let Shape::Cylinder { radius, .. } = shape { radius } else { 0.06 };
+            let edge = shape.inner_radius();
             assert!(hit(edge - 0.001, 0.0, 0.03) && hit(-edge + 0.001, 0.0, 0.05), "the walls");
         }
     }

@@ -5,6 +5,7 @@
 
 mod brim;
 mod grasp;
+mod grip;
 mod hollow;
 mod place;
 mod pour;
@@ -33,7 +34,7 @@ use crate::world::{Pose, Shape, WorldState};
 use crate::trace::{NoWay, Why};
 
 use super::cell::Cell;
-use grasp::SHARES_UP;
+use grip::SHARES_UP;
 
 pub use grasp::{Grasp, distance, side_pose};
 pub use place::Placement;
@@ -259,15 +260,18 @@ impl Planner {
                     }
                     continue;
                 }
-                let shape = object.shape.grown(self.doubt);
-                world.add(&Obstacle::of_object(&object.name, &shape, pose));
+                for solid in Obstacle::of_object(&object.name, &object.shape, self.doubt, pose) {
+                    world.add(&solid);
+                }
             }
         }
         for other in &self.state.unknown {
-            let shape =
-                Shape::Cylinder { radius: other.radius, height: other.height }.grown(self.doubt);
+            let shape = Shape::Cylinder { radius: other.radius, height: other.height };
             let stands = Pose::<World, Object>::upright(other.at[0], other.at[1], 0.0, 0.0);
-            world.add(&Obstacle::of_object(UNKNOWN, &shape, base_from_world * stands));
+            let stands = base_from_world * stands;
+            for solid in Obstacle::of_object(UNKNOWN, &shape, self.doubt, stands) {
+                world.add(&solid);
+            }
             world.ignore(TOOL, UNKNOWN);
         }
         world.set_opening(opening);

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::world::frame::{Object, World};
 use crate::world::region::{self, Bearer, TABLE};
-use crate::world::{self as scene, Point, Pose, Region, Shape, Unknown, support};
+use crate::world::{self as scene, Point, Pose, Region, Unknown, support};
 
 use super::super::wording;
 use super::grasp::distance;
@@ -127,7 +127,8 @@ impl Planner {
         };
         let into = self.cell.scene.object(at).and_then(scene::Object::inside);
         let into = into.filter(|inside| support::fits(object, inside));
-        let vessel = into.map(|_| at);
+        let vessel = into.as_ref().map(|_| at);
+        let deep = into.as_ref().map_or(0.0, crate::world::Shape::height);
         let world = self.obstacles_around(&[], vessel, self.state.opening);
         let empty = self.obstacles_around(&[o], vessel, self.robot().max_opening());
         let object_from_tool = tool_from_object.inverse();
@@ -143,7 +144,7 @@ impl Planner {
                 let yaw = heading + turn - ahead.y.atan2(ahead.x);
                 let stands: Pose<World, Object> = Pose::upright(x, y, place.z + DROP, yaw);
                 let down = stands * object_from_tool;
-                let above = into.map_or(0.0, |inside| inside.height()) + ABOVE;
+                let above = deep + ABOVE;
                 let up = Vector3::z() * above;
                 let poses = ((above + BACK) / STRAIGHT_STEP).round() as u64;
                 let work = REACHING + TRACKING * poses + world.cost() * poses;
@@ -220,15 +221,11 @@ impl Planner {
         let pose = pose.ok_or_else(unseen)?;
         let radius = o.shape.outer_radius();
         let inside = bears.inside().filter(|inside| support::fits(o, inside));
-        let half = match inside.unwrap_or(bears.shape) {
-            Shape::Cuboid { size } => [0.5 * size.x, 0.5 * size.y],
-            Shape::Cylinder { radius, .. } => [radius * FRAC_1_SQRT_2; 2],
-            // On its top, or on its floor.
-            Shape::Lathe { profile } => {
-                let radius = if inside.is_some() { profile.narrowest() } else { profile.top() };
-                [radius * FRAC_1_SQRT_2; 2]
-            }
-        };
+        let space = inside.as_ref().unwrap_or(&bears.shape);
+        // On its top, or on its floor.
+        let round = if inside.is_some() { space.inner_radius() } else { space.rim_radius() };
+        let sides = space.faces().map(|sides| sides.map(|side| 0.5 * side));
+        let half = sides.unwrap_or([round * FRAC_1_SQRT_2; 2]);
         let spread = half.map(|half| (half - radius).max(0.0));
         let steps = spread.map(|spread| (spread / GRID).floor() as i32);
         // On what is hardly larger than the thing the middle is safest; a larger one is filled from its far end.

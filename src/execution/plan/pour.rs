@@ -120,12 +120,14 @@ impl Planner {
             return Err(no(Why::EmptyHand));
         }
         let scene = &self.cell.scene;
-        let shape = |name: &str| scene.object(name).map(|object| object.shape);
+        let shape = |name: &str| scene.object(name).map(|object| &object.shape);
         let source_shape = shape(source).ok_or_else(|| no(Why::NotSeen(source.to_owned())))?;
         let target_shape = shape(target).ok_or_else(|| no(Why::NotSeen(target.to_owned())))?;
         let cup = self.pose(target, &what)?;
-        let inside = scene.object(source).and_then(Object::inside).unwrap_or(source_shape);
-        let opening = scene.object(target).and_then(Object::inside).unwrap_or(target_shape);
+        let inside = scene.object(source).and_then(Object::inside);
+        let inside = inside.unwrap_or_else(|| source_shape.clone());
+        let opening = scene.object(target).and_then(Object::inside);
+        let opening = opening.unwrap_or_else(|| target_shape.clone());
         let hold = scene.object(source).and_then(Hold::of);
         let most = (opening.rim_radius() - INSIDE_RIM).max(0.0);
         let mut before_middle = BEFORE_MIDDLE.map(|back| back.min(most)).to_vec();
@@ -150,7 +152,7 @@ impl Planner {
                         + Vector3::z()
                             * (target_shape.height() + clearance + source_shape.height());
                     let upright =
-                        upright_under(&source_shape, &tool_from_object, heading, lip, lean);
+                        upright_under(source_shape, &tool_from_object, heading, lip, lean);
                     let poses: Vec<_> = (0..=(TURN / STEP).round() as usize)
                         .map(|k| about(&upright, lip, axis, k as f64 * STEP) * object_from_tool)
                         .collect();
@@ -241,14 +243,10 @@ fn upright_under(
 
 /// Returns how far the rim reaches from the axis in a level direction of the object's frame, m.
 fn rim_reach(shape: &Shape, direction: &Vector3<f64>) -> f64 {
-    match *shape {
-        Shape::Cylinder { .. } | Shape::Lathe { .. } => shape.rim_radius(),
-        Shape::Cuboid { size } => {
-            let (x, y) = (direction.x.abs(), direction.y.abs());
-            let along = |half: f64, share: f64| if share > 1e-9 { half / share } else { f64::MAX };
-            along(0.5 * size.x, x).min(along(0.5 * size.y, y))
-        }
-    }
+    let along = |half: f64, share: f64| if share > 1e-9 { half / share } else { f64::MAX };
+    let (x, y) = (direction.x.abs(), direction.y.abs());
+    let straight = |[a, b]: [f64; 2]| along(0.5 * a, x).min(along(0.5 * b, y));
+    shape.faces().map_or(shape.rim_radius(), straight)
 }
 
 /// Turns a pose about the point `lip` by `angle` rad round the level unit vector `axis`.

@@ -180,12 +180,12 @@ impl Planner {
         let inside = |to: Vector2<f64>| {
             at.margin(&self.cell.scene, &self.state.objects, object, to.into()).map_err(unseen)
         };
-        let ways: Vec<Vector2<f64>> = match object.shape {
-            Shape::Cuboid { .. } => (0..4)
+        let ways: Vec<Vector2<f64>> = match object.shape.faces() {
+            Some(_) => (0..4)
                 .map(|quarter| pose.yaw() + f64::from(quarter) * FRAC_PI_2)
                 .map(|turn| Vector2::new(turn.cos(), turn.sin()))
                 .collect(),
-            Shape::Cylinder { .. } | Shape::Lathe { .. } => (0..16)
+            None => (0..16)
                 .map(|part| f64::from(part) * TAU / 16.0)
                 .map(|turn| Vector2::new(turn.cos(), turn.sin()))
                 .collect(),
@@ -234,11 +234,12 @@ impl Planner {
         on: &str,
     ) -> Vec<Vec<[f64; 2]>> {
         let from = pose.origin().xy();
-        let (first, second) = match object.shape {
-            Shape::Cuboid { .. } => (pose.axis(0).xy().normalize(), pose.axis(1).xy().normalize()),
-            Shape::Cylinder { .. } | Shape::Lathe { .. } => (Vector2::x(), Vector2::y()),
+        let is_round = object.shape.faces().is_none();
+        let (first, second) = if is_round {
+            (Vector2::x(), Vector2::y())
+        } else {
+            (pose.axis(0).xy().normalize(), pose.axis(1).xy().normalize())
         };
-        let is_round = !matches!(object.shape, Shape::Cuboid { .. });
         let mut ends = Vec::new();
         for place in places.iter().take(PLACES) {
             let by = place.xy() - from;
@@ -489,11 +490,7 @@ impl Hand {
 
 /// Returns how far a thing reaches from its middle in a direction, both rad in the world, m.
 fn half_along(shape: &Shape, yaw: f64, heading: f64) -> f64 {
-    match *shape {
-        Shape::Cylinder { .. } | Shape::Lathe { .. } => shape.outer_radius(),
-        Shape::Cuboid { size } => {
-            let turn = heading - yaw;
-            0.5 * (size.x * turn.cos().abs() + size.y * turn.sin().abs())
-        }
-    }
+    let turn = heading - yaw;
+    let along = |[x, y]: [f64; 2]| 0.5 * (x * turn.cos().abs() + y * turn.sin().abs());
+    shape.faces().map_or(shape.outer_radius(), along)
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use nalgebra::Vector3;
 
 use crate::world::frame::{Object, Tool, World};
-use crate::world::{self as scene, Pose, Shape};
+use crate::world::{self as scene, Pose};
 
 use super::super::wording;
 use super::grasp::{distance, side_pose};
@@ -163,14 +163,9 @@ impl Planner {
         let no = |why| NoWay { what: what.clone(), why };
         let object = self.cell.scene.object(o).ok_or_else(|| no(Why::NotSeen(o.to_owned())))?;
         let stands = self.pose(o, &what)?;
-        let (x, y) = match object.shape {
-            Shape::Cuboid { size } => (size.x, size.y),
-            // What a square inside the circle leaves over is less than a fifth on each side.
-            Shape::Cylinder { .. } | Shape::Lathe { .. } => {
-                let radius = object.shape.rim_radius();
-                (1.8 * radius, 1.8 * radius)
-            }
-        };
+        // What a square inside the circle leaves over is less than a fifth on each side.
+        let round = [1.8 * object.shape.rim_radius(); 2];
+        let [x, y] = object.shape.faces().unwrap_or(round);
         let corners = self.robot().finger_corners(self.state.opening);
         let most = |along: fn(&Vector3<f64>) -> f64| corners.iter().map(along).fold(0.0, f64::max);
         let foot = (most(|c| c.x), most(|c| c.y));

@@ -28,7 +28,7 @@ pub struct SceneThing {
     pub name: Name,
     /// Its type.
     pub ty: Name,
-    /// `box`, `cuboid` or `cylinder`, with arguments bare or named.
+    /// `box`, `cuboid` or `cylinder`, with arguments bare or named; `mesh` with the name of a file.
     pub shape: Call,
     /// `at (x, y[, z])`.
     pub at: Option<(Vec<Literal>, Span)>,

@@ -67,8 +67,15 @@ impl Builder<'_> {
         Some(SceneThing { name, ty, shape, at, properties, span: self.span(pair) })
     }
 
-    /// `cuboid(65 mm, 65 mm, 140 mm)`, `cylinder(radius 80 mm, height 95 mm)`.
+    /// `cuboid(65 mm, 65 mm, 140 mm)`, `cylinder(radius 80 mm, height 95 mm)`, `mesh "bracket.stl"`.
     fn shape(&mut self, pair: &Pair) -> Option<Call> {
+        if let (Some(word), Some(file)) = (find(pair, Rule::K_mesh), find(pair, Rule::text)) {
+            let span = self.span(&file);
+            let value = Expr { kind: ExprKind::Text(unquote(file.as_str())), span };
+            let name = Name { text: word.as_str().to_owned(), span: self.span(&word) };
+            let args = vec![Arg { name: None, values: vec![value], span }];
+            return Some(Call { name, args, span: self.span(pair) });
+        }
         let name = self.name(&find(pair, Rule::id)?);
         let mut args = Vec::new();
         for part in pair.clone().into_inner() {

@@ -34,18 +34,18 @@ impl Mode {
     /// Returns the mode of a vessel with that inside and a liquid's viscosity, Pa·s; a box's is that across the mean of
     /// its sides.
     pub(super) fn of(inside: &Shape, viscosity: f64) -> Self {
-        let (wave, radius) = match *inside {
-            Shape::Cuboid { size } => {
-                let side = f64::midpoint(size.x, size.y);
-                (std::f64::consts::PI / side, 0.5 * side)
-            }
-            Shape::Cylinder { radius, .. } => (MODE / radius, radius),
+        let (wave, radius) = match (inside, inside.faces()) {
             // That of a glass as high that holds as much.
-            Shape::Lathe { profile } => {
+            (Shape::Lathe { profile }, _) => {
                 let area = profile.volume() / profile.height();
                 let radius = (area / std::f64::consts::PI).sqrt();
                 (MODE / radius, radius)
             }
+            (_, Some([x, y])) => {
+                let side = f64::midpoint(x, y);
+                (std::f64::consts::PI / side, 0.5 * side)
+            }
+            (_, None) => (MODE / inside.inner_radius(), inside.inner_radius()),
         };
         Self { wave, radius, viscosity: viscosity.max(WATER) / WATER_DENSITY }
     }

@@ -123,17 +123,17 @@ pub struct Vessel {
 impl Vessel {
     /// Returns the vessel an object is, if it is one.
     pub fn new(object: &Object) -> Option<Self> {
-        let outline = |shape: Shape, foot: f64| match shape {
-            Shape::Cuboid { size } => Outline::Box((size.x / 2.0) as f32, (size.y / 2.0) as f32),
-            Shape::Cylinder { radius, .. } => Outline::Round(radius as f32),
-            Shape::Lathe { profile } => {
-                let profile = Arc::new(profile);
+        let outline = |shape: &Shape, foot: f64| match (shape, shape.faces()) {
+            (Shape::Lathe { profile }, _) => {
+                let profile = Arc::new(*profile);
                 Outline::Turned(Turned { profile, foot: foot as f32, grown: 0.0 })
             }
+            (_, Some([x, y])) => Outline::Box((x / 2.0) as f32, (y / 2.0) as f32),
+            (_, None) => Outline::Round(shape.inner_radius() as f32),
         };
         Some(Self {
-            inner: outline(object.inside()?, object.cavity?.wall),
-            outer: outline(object.shape, 0.0),
+            inner: outline(&object.inside()?, object.cavity?.wall),
+            outer: outline(&object.shape, 0.0),
             floor: object.cavity?.wall as f32,
             rim: object.shape.height() as f32,
             inside: object.inside()?,
@@ -143,8 +143,8 @@ impl Vessel {
     }
 
     /// Returns the solid that is hollow.
-    pub(super) fn inside(&self) -> Shape {
-        self.inside
+    pub(super) fn inside(&self) -> &Shape {
+        &self.inside
     }
 
     /// Returns its inside, to ask how liquid stands there.

@@ -337,16 +337,19 @@ type Part = (Isometry3<f64>, SharedShape);
 
 /// Returns what touches others of an object, in its own frame: thin walls when it is a vessel, else a solid.
 fn object_shape(object: &Object) -> SharedShape {
-    compound(match (object.cavity, object.shape) {
-        (Some(cavity), shape) => vessel(&shape, cavity.wall, foot),
-        (None, Shape::Cylinder { radius, height }) => {
+    compound(match (object.cavity, &object.shape) {
+        (Some(cavity), shape) => vessel(shape, cavity.wall, foot),
+        (None, &Shape::Cylinder { radius, height }) => {
             let up = |z: f64| Isometry3::translation(0.0, 0.0, z);
             let between = round(radius, 0.5 * height - FOOT, 0.5 * height);
             let feet = [0.5 * FOOT, height - 0.5 * FOOT].map(|z| foot(radius, 0.5 * FOOT, up(z)));
             between.into_iter().chain(feet.into_iter().flatten()).collect()
         }
-        (None, Shape::Lathe { profile }) => turned(&profile),
-        (None, shape) => solid(&shape),
+        (None, Shape::Lathe { profile }) => turned(profile),
+        (None, Shape::Mesh { mesh }) => {
+            mesh.parts().iter().flat_map(|part| hull(part.iter().copied())).collect()
+        }
+        (None, shape) => solid(shape),
     })
 }
 
@@ -356,9 +359,16 @@ fn object_mass(object: &Object) -> MassProperties {
         Some(cavity) => vessel(&object.shape, cavity.wall, |radius, half, at| {
             round(radius, half, at.translation.z)
         }),
-        None => match object.shape {
-            Shape::Lathe { profile } => turned(&profile),
-            shape => solid(&shape),
+        None => match &object.shape {
+            Shape::Lathe { profile } => turned(profile),
+            // Its parts overlap; what it encloses does not.
+            Shape::Mesh { mesh } => {
+                let corners: Vec<_> = mesh.corners().iter().map(to_engine).collect();
+                let mut own = MassProperties::from_trimesh(1.0, &corners, mesh.triangles());
+                own.set_mass(object.mass, true);
+                return own;
+            }
+            shape => solid(shape),
         },
     };
     let mut properties = compound(parts).mass_properties(1.0);
@@ -373,9 +383,13 @@ fn compound(parts: Vec<Part>) -> SharedShape {
 }
 
 fn solid(outside: &Shape) -> Vec<Part> {
-    let outside = Solid::of_object(outside);
-    let (turned, shape) = shape(&outside.solid);
-    vec![(outside.pose * turned, shape)]
+    let placed = Solid::of_object(outside, 0.0).into_iter();
+    placed
+        .map(|placed| {
+            let (turned, shape) = shape(&placed.solid);
+            (placed.pose * turned, shape)
+        })
+        .collect()
 }
 
 /// Returns an upright cylinder with its middle at a height, m.
@@ -489,6 +503,8 @@ fn vessel(
             let floor = disc(profile.foot(), half_wall, at(0.0, 0.0, half_wall));
             floor.into_iter().chain(leaning_walls(&profile, thick)).collect()
         }
+        // A mesh holds nothing; a scene says so.
+        Shape::Mesh { .. } => solid(outside),
     }
 }
 
@@ -505,7 +521,7 @@ mod tests {
             Shape::Cylinder { radius: 0.08, height: 0.095 },
             Shape::Lathe { profile: Profile::cone(0.03, 0.042, 0.1).unwrap() },
         ] {
-            let solid = object_shape(&object::vessel(shape, 2.5e-4));
+            let solid = object_shape(&object::vessel(shape.clone(), 2.5e-4));
             let inside = |x: f64, y: f64, z: f64| {
                 solid.contains_point(&EnginePose::IDENTITY, to_engine(&Vector3::new(x, y, z)))
             };

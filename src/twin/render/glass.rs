@@ -152,7 +152,7 @@ fn next_surface(kind: &Kind, o: Vector3<f64>, d: Vector3<f64>, now: Medium) -> O
     let (outer, cavity, level): (&Solid, Option<&Solid>, _) = match kind {
         Kind::Solid(solid) => (solid, None, None),
         Kind::Vessel(hollow) => (&hollow.outer, Some(&hollow.cavity), hollow.level),
-        Kind::Triangle { .. } => return None,
+        Kind::Triangle { .. } | Kind::Mesh(_) => return None,
     };
     let body = outer.span(o, d)?;
     let hollow = cavity.and_then(|cavity| cavity.span(o, d).map(|span| (cavity, span)));
@@ -217,7 +217,7 @@ pub(super) fn entry(thing: &Thing, o: Vector3<f64>, d: Vector3<f64>) -> Option<f
     let solid = match &thing.kind {
         Kind::Solid(solid) => solid,
         Kind::Vessel(hollow) => &hollow.outer,
-        Kind::Triangle { .. } => return None,
+        Kind::Triangle { .. } | Kind::Mesh(_) => return None,
     };
     solid.span(lo, ld).map(|span| span.enter).filter(|&t| t > 1e-6)
 }

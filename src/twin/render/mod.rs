@@ -15,6 +15,7 @@ mod look;
 mod options;
 mod scene;
 mod solid;
+mod surface;
 mod tile;
 mod trace;
 mod glass;

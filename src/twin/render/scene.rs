@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::solid::{Solid, TOP};
+use super::surface::Surface;
 use super::view::{Body, FIRST_BODY, MARKER, Paint, Shape, TABLE, View, WATER};
 use crate::twin::basin::Basin;
 use crate::world::frame::times;
@@ -35,6 +36,8 @@ pub(super) enum Kind {
     Vessel(Hollow),
     /// A flat triangle `a + s ab + t ac`.
     Triangle { a: Vector3<f64>, ab: Vector3<f64>, ac: Vector3<f64> },
+    /// A closed surface of triangles.
+    Mesh(Surface),
 }
 
 /// An open-topped vessel in its own frame.
@@ -72,6 +75,7 @@ impl Thing {
                 let (b, c) = (a + ab, a + ac);
                 (a.inf(&b).inf(&c), a.sup(&b).sup(&c))
             }
+            Kind::Mesh(surface) => surface.bounds(),
         };
         Self {
             kind,
@@ -129,7 +133,7 @@ impl Thing {
         let solid = match &self.kind {
             Kind::Solid(solid) => solid,
             Kind::Vessel(hollow) => &hollow.outer,
-            Kind::Triangle { .. } => return true,
+            Kind::Triangle { .. } | Kind::Mesh(_) => return true,
         };
         let (o, d) = self.inward(tip, axis);
         solid.grown(width).span(o, d).is_some_and(|span| span.leave > 0.0)
@@ -170,6 +174,10 @@ impl Thing {
                     wet: hollow.level.is_some_and(|(up, height)| up.dot(&at) < height),
                 })
             }
+            Kind::Mesh(surface) => {
+                let (t, normal, face) = surface.hit(lo, ld, least)?;
+                Some(Hit { t, normal: self.outward(normal), face, depth: 0.0, wet: false })
+            }
             Kind::Triangle { a, ab, ac } => {
                 // Möller and Trumbore, 1997.
                 let p = ld.cross(ac);
@@ -199,6 +207,7 @@ impl Thing {
         match &self.kind {
             Kind::Solid(solid) => solid.holds(local),
             Kind::Vessel(hollow) => hollow.outer.holds(local),
+            Kind::Mesh(surface) => surface.holds(local),
             Kind::Triangle { .. } => false,
         }
     }
@@ -213,6 +222,7 @@ impl Thing {
                 let from_wall = hollow.outer.holds(lo) && !hollow.cavity.holds(lo);
                 from_wall || self.hit(o, d, 1e-6).is_some()
             }
+            Kind::Mesh(surface) => surface.blocks(lo, ld),
             Kind::Triangle { .. } => self.hit(o, d, 1e-6).is_some(),
         }
     }
@@ -298,6 +308,9 @@ fn of_body(body: &Body, id: u16) -> Vec<Thing> {
         Shape::Sphere(radius) => {
             one(Kind::Solid(Solid::Capsule { radius: *radius, bottom: 0.0, top: 0.0 }))
         }
+        Shape::Standing(object::Shape::Mesh { mesh }) => {
+            one(Kind::Mesh(Surface::new(Arc::clone(mesh))))
+        }
         Shape::Standing(object::Shape::Lathe { profile }) if !profile.is_convex() => profile
             .stretches()
             .filter_map(|([r0, z0], [r1, z1])| {
@@ -339,6 +352,11 @@ fn standing(shape: &object::Shape, wall: f64, floor: f64) -> Solid {
         },
         object::Shape::Cylinder { radius, height } => {
             Solid::Cylinder { radius: radius - wall, bottom: floor, top: height }
+        }
+        object::Shape::Mesh { ref mesh } => {
+            // The box around it: its own surface is drawn where it stands, and it holds nothing.
+            let half = mesh.size() / 2.0;
+            Solid::Cuboid { centre: Vector3::z() * half.z, half }
         }
         object::Shape::Lathe { profile } => {
             let inside = (wall > 0.0).then(|| profile.inside(wall)).flatten();

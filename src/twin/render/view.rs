@@ -229,14 +229,17 @@ impl View {
 /// Returns the shape of a scene's object with `water` m³ in it.
 fn shape_of(object: &Object, water: f64) -> Shape {
     match object.cavity {
-        Some(cavity) => Shape::Vessel { outside: object.shape, wall: cavity.wall, water },
-        None => Shape::Standing(object.shape),
+        Some(cavity) => Shape::Vessel { outside: object.shape.clone(), wall: cavity.wall, water },
+        None => Shape::Standing(object.shape.clone()),
     }
 }
 
 fn paint_of(object: &Object) -> Paint {
     match object.material {
-        Material::Transparent => Paint::glass(),
-        Material::Opaque => Paint::opaque(object.colour, 0.35),
+        // Light is followed through vessels and simple solids only; a mesh is drawn as what is not clear.
+        Material::Transparent if !matches!(object.shape, object::Shape::Mesh { .. }) => {
+            Paint::glass()
+        }
+        _ => Paint::opaque(object.colour, 0.35),
     }
 }
