@@ -75,11 +75,15 @@ pub(crate) fn catalogue() -> Vec<Object> {
     ]
 }
 
-fn body(shape: Shape) -> Body {
+fn body(shape: &Shape) -> Body {
     match shape {
-        Shape::Cuboid { size } => Body::Cuboid(size),
-        Shape::Cylinder { radius, height } => Body::Lathe(vec![(radius, 0.0), (radius, height)]),
-        Shape::Lathe { profile } => Body::Lathe(points(&profile, 1.0)),
+        Shape::Cuboid { size } => Body::Cuboid(*size),
+        Shape::Lathe { profile } => Body::Lathe(points(profile, 1.0)),
+        // Meshes and mugs are in no case.
+        round => Body::Lathe(vec![
+            (round.inner_radius(), 0.0),
+            (round.inner_radius(), round.height()),
+        ]),
     }
 }
 
@@ -122,7 +126,7 @@ fn real(object: &Object, chance: &mut Chance) -> Thing {
         Material::Opaque => chance.paint(),
     };
     Thing {
-        body: body(object.shape),
+        body: body(&object.shape),
         at: [0.0; 2],
         yaw: chance.even(-1.5, 1.5),
         colour: object.colour.map(|c| f64::from(c) * mood),
@@ -144,13 +148,7 @@ fn other(object: &Object, chance: &mut Chance) -> Thing {
         0 => {
             let by =
                 if chance.below(2) == 0 { chance.even(1.25, 1.5) } else { chance.even(0.6, 0.8) };
-            match object.shape {
-                Shape::Cuboid { size } => Body::Cuboid(size * by),
-                Shape::Cylinder { radius, height } => {
-                    Body::Lathe(vec![(by * radius, 0.0), (by * radius, by * height)])
-                }
-                Shape::Lathe { profile } => Body::Lathe(points(&profile, by)),
-            }
+            body(&object.shape.scaled(by, by))
         }
         // A bottle of about its size.
         1 | 2 => Body::Lathe(vec![

@@ -137,7 +137,7 @@ pub fn measure(
             [of_size(3, radius), of_size(3, radius), of_size(2, height)]
         }
         // Only boxes and cans are measured.
-        Shape::Lathe { .. } | Shape::Mesh { .. } => [f64::INFINITY; 3],
+        Shape::Lathe { .. } | Shape::Mesh { .. } | Shape::Mug { .. } => [f64::INFINITY; 3],
     };
     let worst = size_std.iter().fold(0.0_f64, |worst, std| worst.max(*std));
     if worst > TOLD * shape.height().max(shape.outer_radius()) {

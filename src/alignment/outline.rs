@@ -156,6 +156,7 @@ impl Outline {
             Shape::Cylinder { radius, height } => cylinder(view, *radius, *height, pose, per_edge),
             Shape::Lathe { profile } => lathe::outline(view, profile, pose, per_edge),
             Shape::Mesh { mesh } => mesh::outline(view, mesh, pose, per_edge),
+            Shape::Mug { mug } => mesh::outline(view, mug.outside(), pose, per_edge),
         }
         .unwrap_or_default()
     }
@@ -163,10 +164,13 @@ impl Outline {
     /// As [`Self::new`], with the pieces of a silhouette that is not convex.
     pub fn whole(view: &Projector, shape: &Shape, pose: &ObjectPose, per_edge: usize) -> Self {
         let mut outline = Self::new(view, shape, pose, per_edge);
-        if let Shape::Mesh { mesh } = shape
-            && !outline.hull.is_empty()
-        {
-            outline.pieces = mesh::pieces(view, mesh, pose).unwrap_or_default();
+        let surface = match shape {
+            Shape::Mesh { mesh } => Some(mesh),
+            Shape::Mug { mug } => Some(mug.outside()),
+            Shape::Cuboid { .. } | Shape::Cylinder { .. } | Shape::Lathe { .. } => None,
+        };
+        if let Some(surface) = surface.filter(|_| !outline.hull.is_empty()) {
+            outline.pieces = mesh::pieces(view, surface, pose).unwrap_or_default();
         }
         outline
     }

@@ -223,10 +223,10 @@ pub(super) fn seen(sighting: &Sighting) -> String {
     };
     let at = pose.origin();
     format!(
-        "camera: {name} at ({:.1}, {:.1}) cm, turned {:.1} deg, ± {:.1} mm, probability {:.2}",
+        "camera: {name} at ({:.1}, {:.1}) cm, {}, ± {:.1} mm, probability {:.2}",
         at.x * 100.0,
         at.y * 100.0,
-        pose.yaw().to_degrees(),
+        sighting.turned(&pose),
         sighting.std * 1e3,
         sighting.confidence
     )

@@ -149,7 +149,7 @@ fn said_of(on: &Evaluator<'_>, expr: &Expr, name: &str, a: &Standing<'_>) -> Val
         "held" => yes_no(expr, Some(on.state.held.as_deref() == Some(&object.name)), ""),
         // At least as high as it is wide, and as a level hand is above the table.
         _ => {
-            let round = 2.0 * object.shape.outer_radius();
+            let round = 2.0 * object.shape.body().outer_radius();
             let wide = object.shape.faces().map_or(round, |[x, y]| x.max(y));
             let high = object.shape.height();
             let least = wide.max(LEVEL_HAND);

@@ -52,7 +52,7 @@ impl Solid {
 
     /// Returns the solids that together are, or hold, an object's outside and where they stand in the object's own frame,
     /// whose origin is the centre of the base: larger by `by` m on every side and at its top. A mesh has one for each of its
-    /// convex parts.
+    /// convex parts, a mug one more for its handle.
     pub fn of_object(shape: &Shape, by: f64) -> Vec<Placed> {
         let half = (shape.height() + by) / 2.0;
         let solid = match shape {
@@ -62,6 +62,14 @@ impl Solid {
             // The cylinder around what a lathe makes: nothing of the thing is outside.
             Shape::Cylinder { .. } | Shape::Lathe { .. } => {
                 Self::Cylinder { radius: shape.outer_radius() + by, half }
+            }
+            Shape::Mug { mug } => {
+                let (middle, half) = mug.around_handle();
+                let handle = Self::Cuboid { half: half.add_scalar(by) };
+                let pose = Isometry3::from(Translation3::from(middle));
+                let mut solids = Self::of_object(&shape.body(), by);
+                solids.push(Placed { solid: handle, pose });
+                return solids;
             }
             Shape::Mesh { mesh } => {
                 let around = mesh.parts().iter().filter_map(|part| cover::around(part));

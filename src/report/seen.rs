@@ -13,11 +13,11 @@ pub fn sighting(seen: &Sighting) -> String {
     if let Some(pose) = seen.world_from_object {
         let at = pose.origin();
         let mut text = format!(
-            "{:<8} at ({:.1}, {:.1}) mm, turned {:.1} deg, ± {:.1} mm, probability {:.2}",
+            "{:<8} at ({:.1}, {:.1}) mm, {}, ± {:.1} mm, probability {:.2}",
             seen.name,
             at.x * 1e3,
             at.y * 1e3,
-            pose.yaw().to_degrees(),
+            seen.turned(&pose),
             seen.std * 1e3,
             seen.confidence
         );

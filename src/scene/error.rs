@@ -7,13 +7,14 @@ use super::mesh::NoMesh;
 use crate::language::nearest;
 use crate::units::{Dimension, Quantity, known_units};
 use crate::world::mesh::{self, read::Unread};
+use crate::world::mug;
 use crate::world::profile::Fault;
 
 /// Properties a thing may have.
 const PROPERTIES: &[&str] = &["wall", "holds", "filled", "mass", "unit", "looks", "colour"];
 
 /// Shapes a thing may have.
-const SHAPES: [&str; 7] = ["box", "cuboid", "cylinder", "cone", "ball", "lathe", "mesh"];
+const SHAPES: [&str; 8] = ["box", "cuboid", "cylinder", "cone", "ball", "lathe", "mug", "mesh"];
 
 /// One thing that is wrong with a scene. Lengths in m, volumes in m³.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -74,6 +75,8 @@ pub(super) enum Mistake<'a> {
     NoProfile(Fault),
     #[error("the vessel `{thing}` has a neck, and liquid in a neck is not simulated")]
     Neck { thing: &'a str },
+    #[error("{0}")]
+    NoMug(mug::Fault),
     #[error("a mesh is a file")]
     MeshNoFile,
     #[error("`{file}` {}", mesh_fault(why))]
@@ -148,6 +151,7 @@ impl Mistake<'_> {
             Self::UnknownProperty { .. } => ("task::unknown_name", "not known"),
             Self::ShapeTakes { .. } | Self::LathePairs => ("task::argument", "not what it takes"),
             Self::NoProfile(_) => ("task::size", "not a profile"),
+            Self::NoMug(_) => ("task::size", "not a mug"),
             Self::Neck { .. } => ("task::size", "narrower above than a straight side would be"),
             Self::NoColour => ("task::colour", "expected red, green and blue"),
             Self::MeshNoFile => ("task::argument", "expected a file in quotes"),
@@ -194,6 +198,10 @@ impl Mistake<'_> {
             Self::ShapeTakes { shape: "cone", .. } => {
                 "write `cone(bottom 30 mm, top 40 mm, height 95 mm)`: two radii and a height"
             }
+            Self::ShapeTakes { shape: "mug", .. } | Self::NoMug(_) => {
+                "write `mug(radius 38 mm, height 95 mm, handle 30 mm, thick 10 mm)`: the handle by how far it stands out \
+                 from the wall and how thick it is"
+            }
             Self::ShapeTakes { shape: "ball", .. } => "write `ball(radius 35 mm)`",
             Self::ShapeTakes { slots, .. } if slots.len() == 3 => {
                 "write three sides, such as `cuboid(65 mm, 65 mm, 140 mm)`"
@@ -202,7 +210,7 @@ impl Mistake<'_> {
             Self::MeshNoFile => "write `mesh \"bracket.stl\"`, the file beside the scene's",
             Self::MeshHolds { .. } => {
                 "declare it as `Graspable` without `wall`, `holds` and `filled`, or give a vessel the shape `cylinder`, \
-                 `cone` or `lathe`"
+                 `cone`, `lathe` or `mug`"
             }
             Self::UnitOfNone { .. } => "remove `unit`; it says what one number in a mesh's file is",
             Self::NoColour => "write it as `\"#2050c0\"`, or name it in `looks`",

@@ -148,7 +148,7 @@ mod tests {
              ball: Graspable = ball(diameter 6 cm)\n{rest}"
         ));
         let scene = scene.unwrap();
-        let shape = |name: &str| scene.object(name).unwrap().shape;
+        let shape = |name: &str| scene.object(name).unwrap().shape.clone();
         assert!((shape("top").outer_radius() - 0.04).abs() < 1e-12);
         assert!((shape("pot").rim_radius() - 0.065).abs() < 1e-12);
         assert!((shape("ball").outer_radius() - 0.03).abs() < 5e-4);

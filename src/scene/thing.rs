@@ -1,13 +1,16 @@
 //! The things of a scene: shapes, walls, contents, looks, and what is assumed when nothing is said.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::error::{Mistake, Side};
 use super::read::Reader;
 use crate::language::ast::{Expr, ExprKind, Literal, Property, SceneThing};
 use crate::units::{Dimension, Quantity};
+use crate::world::mug::Sizes;
 use crate::world::profile::Fault;
-use crate::world::{Cavity, Material, Object, Profile, Shape};
+use crate::world::{Cavity, Material, Mug, Object, Profile, Shape};
 
 /// Colour words that `looks` may hold, with sRGB.
 pub(super) const COLOURS: &[(&str, [u8; 3])] = &[
@@ -52,6 +55,7 @@ impl Reader<'_> {
             [150, 150, 150]
         });
         let vessel = thing.ty.text == "Container"
+            || matches!(shape, Shape::Mug { .. })
             || given.wall.is_some()
             || given.holds.is_some()
             || given.filled.is_some();
@@ -105,8 +109,8 @@ impl Reader<'_> {
         Some(object)
     }
 
-    /// Reads `cuboid(x, y, z)`, `box(…)`, `cylinder(radius r, height h)`, `cone(bottom r, top r, height h)`, `ball(radius r)`
-    /// or `lathe(r, h, r, h, …)`; no side above `most` m.
+    /// Reads `cuboid(x, y, z)`, `box(…)`, `cylinder(radius r, height h)`, `cone(bottom r, top r, height h)`, `ball(radius r)`,
+    /// `mug(radius r, height h, handle r, thick r)` or `lathe(r, h, r, h, …)`; no side above `most` m.
     pub(super) fn shape(&mut self, thing: &SceneThing, most: f64) -> Option<Shape> {
         let call = &thing.shape;
         let mut named: Vec<(Option<&str>, f64)> = Vec::new();
@@ -128,6 +132,7 @@ impl Reader<'_> {
             "cylinder" => &["radius", "height"],
             "cone" => &["bottom", "top", "height"],
             "ball" => &["radius"],
+            "mug" => &["radius", "height", "handle", "thick"],
             "lathe" => return self.lathe(thing, &named),
             // A table is none; a thing's is read with its unit.
             "mesh" => return None,
@@ -164,11 +169,25 @@ impl Reader<'_> {
         if let Some(profile) = profile {
             return self.turned(thing, profile);
         }
+        if let Some([radius, height, handle, thick]) = complete.as_deref() {
+            let [radius, height, handle, thick] = [*radius, *height, *handle, *thick];
+            return self.mug(thing, Sizes { radius, height, handle, thick });
+        }
         match complete.as_deref() {
             Some([x, y, z]) => Some(Shape::Cuboid { size: Vector3::new(*x, *y, *z) }),
             Some([radius, height]) => Some(Shape::Cylinder { radius: *radius, height: *height }),
             _ => {
                 self.tell(call.span, &Mistake::ShapeTakes { shape: &call.name.text, slots });
+                None
+            }
+        }
+    }
+
+    fn mug(&mut self, thing: &SceneThing, sizes: Sizes) -> Option<Shape> {
+        match Mug::new(sizes) {
+            Ok(mug) => Some(Shape::Mug { mug: Arc::new(mug) }),
+            Err(fault) => {
+                self.tell(thing.shape.span, &Mistake::NoMug(fault));
                 None
             }
         }

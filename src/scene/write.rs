@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 
 use super::thing::COLOURS;
 use crate::units::Quantity;
+use crate::world::mug::Sizes;
 use crate::world::{Object, Pixel, Scene, Shape};
 
 /// Returns the scene as text, with a line of documentation (`///`) above it and a comment behind some things, by name.
@@ -113,6 +114,11 @@ fn thing(object: &Object) -> String {
         Shape::Lathe { profile } => {
             let points = profile.points().iter().map(|[r, z]| format!("{}, {}", mm(*r), mm(*z)));
             format!("lathe({})", points.collect::<Vec<_>>().join(", "))
+        }
+        Shape::Mug { mug } => {
+            let Sizes { radius, height, handle, thick } = *mug.sizes();
+            let [radius, height, handle, thick] = [radius, height, handle, thick].map(mm);
+            format!("mug(radius {radius}, height {height}, handle {handle}, thick {thick})")
         }
         Shape::Mesh { mesh } => format!("mesh \"{}\"", mesh.file()),
     };

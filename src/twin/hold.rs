@@ -116,7 +116,7 @@ impl Hold {
                 (Section::Straight { width: size.y, reach: size.x }, size.y, None)
             }
             Shape::Cylinder { radius, .. } => (Section::Round { radius }, radius, None),
-            Shape::Mesh { .. } => return None,
+            Shape::Mesh { .. } | Shape::Mug { .. } => return None,
             Shape::Lathe { profile } => {
                 let radius = profile.top();
                 (Section::Round { radius }, radius, Some(profile))

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Profile;
 use super::mesh::Mesh;
+use super::mug::{self, Mug, Sizes};
 
 /// The two solids of the paper (section 2.2), cuboids and upright cylinders, what a lathe makes, and any closed surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,8 +38,14 @@ pub enum Shape {
     /// What a file of triangles encloses. It holds nothing.
     Mesh {
         /// Its surface, m.
-        #[serde(with = "super::mesh::shared")]
+        #[serde(with = "shared")]
         mesh: Arc<Mesh>,
+    },
+    /// A cylinder with a handle at +x.
+    Mug {
+        /// Its sizes, m.
+        #[serde(with = "shared")]
+        mug: Arc<Mug>,
     },
 }
 
@@ -50,6 +57,7 @@ impl Shape {
             Self::Cylinder { height, .. } => *height,
             Self::Lathe { profile } => profile.height(),
             Self::Mesh { mesh } => mesh.size().z,
+            Self::Mug { mug } => mug.sizes().height,
         }
     }
 
@@ -60,6 +68,18 @@ impl Shape {
             Self::Cylinder { radius, height } => PI * radius * radius * height,
             Self::Lathe { profile } => profile.volume(),
             Self::Mesh { mesh } => mesh.volume(),
+            Self::Mug { mug } => mug::body_volume(mug.sizes()) + mug::handle_volume(mug),
+        }
+    }
+
+    /// Returns what of it holds: of a mug the cylinder without its handle, of others the whole.
+    pub fn body(&self) -> Self {
+        match self {
+            Self::Mug { mug } => {
+                let Sizes { radius, height, .. } = *mug.sizes();
+                Self::Cylinder { radius, height }
+            }
+            whole => whole.clone(),
         }
     }
 
@@ -67,7 +87,7 @@ impl Shape {
     pub fn faces(&self) -> Option<[f64; 2]> {
         match self {
             Self::Cuboid { size } => Some([size.x, size.y]),
-            Self::Cylinder { .. } | Self::Lathe { .. } => None,
+            Self::Cylinder { .. } | Self::Lathe { .. } | Self::Mug { .. } => None,
             Self::Mesh { mesh } => Some([mesh.size().x, mesh.size().y]),
         }
     }
@@ -84,6 +104,7 @@ impl Shape {
             Self::Cylinder { radius, .. } => radius - x.hypot(y),
             Self::Lathe { profile } => profile.top() - x.hypot(y),
             Self::Mesh { mesh } => mesh.inset(x, y),
+            Self::Mug { mug } => mug.sizes().radius - x.hypot(y),
         }
     }
 
@@ -96,6 +117,9 @@ impl Shape {
             Self::Cylinder { radius, .. } => (x.hypot(y) - radius).max(0.0),
             Self::Lathe { profile } => (x.hypot(y) - profile.widest()).max(0.0),
             Self::Mesh { mesh } => mesh.beside(x, y),
+            Self::Mug { mug } => {
+                (x.hypot(y) - mug.sizes().radius).max(0.0).min(mug.beside_handle(x, y))
+            }
         }
     }
 
@@ -113,6 +137,7 @@ impl Shape {
                 (0..around).map(corner).collect()
             }
             Self::Mesh { mesh } => mesh.footprint(),
+            Self::Mug { mug } => mug.outside().footprint(),
         }
     }
 
@@ -123,6 +148,7 @@ impl Shape {
             Self::Cylinder { radius, .. } => *radius,
             Self::Lathe { profile } => profile.widest(),
             Self::Mesh { mesh } => mesh.outer_radius(),
+            Self::Mug { mug } => mug.outside().outer_radius(),
         }
     }
 
@@ -133,6 +159,7 @@ impl Shape {
             Self::Cylinder { radius, .. } => *radius,
             Self::Lathe { profile } => profile.narrowest(),
             Self::Mesh { mesh } => 0.5 * mesh.size().x.min(mesh.size().y),
+            Self::Mug { mug } => mug.sizes().radius,
         }
     }
 
@@ -151,7 +178,7 @@ impl Shape {
                 let off = |side: f64| (opening - side).abs();
                 if off(size.x) < off(size.y) { size.x } else { size.y }
             }
-            Self::Cylinder { radius, .. } => 2.0 * radius,
+            Self::Cylinder { .. } | Self::Mug { .. } => 2.0 * self.inner_radius(),
             Self::Lathe { profile } => {
                 opening.clamp(2.0 * profile.narrowest(), 2.0 * profile.widest())
             }
@@ -177,6 +204,7 @@ impl Shape {
         match self {
             Self::Cylinder { radius, .. } => Some(*radius),
             Self::Lathe { profile } => Some(profile.foot()),
+            Self::Mug { mug } => Some(mug.sizes().radius),
             Self::Cuboid { .. } | Self::Mesh { .. } => None,
         }
     }
@@ -192,6 +220,7 @@ impl Shape {
                 Some(Self::Cylinder { radius: radius - wall, height: height - wall })
             }
             Self::Lathe { profile } => Some(Self::Lathe { profile: profile.inside(wall)? }),
+            Self::Mug { .. } => self.body().inside(wall),
             Self::Mesh { .. } => None,
         }
     }
@@ -211,6 +240,10 @@ impl Shape {
                 let wide = 1.0 + wider / mesh.size().xy().max();
                 self.scaled(wide, 1.0 + by.z / mesh.size().z)
             }
+            Self::Mug { mug } => {
+                let Sizes { radius, height, .. } = *mug.sizes();
+                self.scaled(1.0 + 0.5 * wider / radius, 1.0 + by.z / height)
+            }
         }
     }
 
@@ -229,6 +262,12 @@ impl Shape {
                 Some(scaled) => Self::Mesh { mesh: Arc::new(scaled) },
                 None => self.clone(),
             },
+            Self::Mug { mug } => {
+                let Sizes { radius, height, handle, thick } = *mug.sizes();
+                let (radius, height) = (wide * radius, high * height);
+                Mug::new(Sizes { radius, height, handle: wide * handle, thick })
+                    .map_or_else(|_| self.clone(), |mug| Self::Mug { mug: Arc::new(mug) })
+            }
         }
     }
 
@@ -247,6 +286,7 @@ impl Shape {
                 (0..around).map(|i| ((i as f64 * turn).cos(), (i as f64 * turn).sin())).collect()
             }
             Self::Mesh { mesh } => return mesh.spread(),
+            Self::Mug { mug } => return mug.outside().spread(),
         };
         let levels = (0..=10).map(|k| self.height() * f64::from(k) / 10.0);
         let wide = |z: f64| match self {
@@ -269,6 +309,11 @@ impl Shape {
                 let reaches = profile.points().iter().map(|[r, z]| r * across + z * way.z);
                 reaches.fold(f64::NEG_INFINITY, f64::max)
             }
+            Self::Mug { mug } => {
+                let wall = mug.sizes().radius * across + end;
+                let corners = mug.outside().hull().iter().map(|p| p.dot(way));
+                corners.fold(wall, f64::max)
+            }
             Self::Mesh { mesh } => {
                 mesh.hull().iter().map(|p| p.dot(way)).fold(f64::NEG_INFINITY, f64::max)
             }
@@ -283,6 +328,27 @@ impl Shape {
             Self::Cuboid { .. } => PI,
             Self::Cylinder { .. } | Self::Lathe { .. } => 0.0,
             Self::Mesh { mesh } => mesh.symmetry(),
+            Self::Mug { mug } => mug.outside().symmetry(),
         }
+    }
+}
+
+/// What is shared, in files.
+mod shared {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<T: Serialize, S: Serializer>(
+        shared: &Arc<T>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        shared.as_ref().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Arc<T>, D::Error> {
+        T::deserialize(deserializer).map(Arc::new)
     }
 }

@@ -135,7 +135,7 @@ impl<'a> Painter<'a> {
         match object.shape {
             Shape::Cuboid { size } => self.cuboid(size, pose, colour, clear),
             Shape::Cylinder { radius, height } => self.cylinder(radius, height, pose, colour),
-            Shape::Lathe { .. } => panic!("this renderer knows boxes and cylinders"),
+            _ => panic!("this renderer knows boxes and cylinders"),
         }
     }
 

@@ -6,6 +6,7 @@ mod pour;
 mod render;
 mod rigid;
 mod rims;
+mod shapes;
 mod torque;
 mod water;
 

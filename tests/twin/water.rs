@@ -52,6 +52,7 @@ impl Witness {
                     Shape::Lathe { profile } => {
                         local.x.hypot(local.y) <= profile.radius_at(local.z)
                     }
+                    Shape::Mesh { .. } | Shape::Mug { .. } => panic!("not in these tests"),
                 };
                 // A particle on the rim is neither in nor beside.
                 if local.z > object.shape.height() - 1e-4 {

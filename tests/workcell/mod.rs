@@ -12,6 +12,7 @@ mod conduct;
 mod corrected;
 mod recorder;
 mod matching;
+mod shapes;
 mod tools;
 mod trials;
 mod turned;

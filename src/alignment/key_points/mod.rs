@@ -205,7 +205,9 @@ pub fn place(
     let placed = match object.shape {
         Shape::Cuboid { size } => cuboid::place(&contour, view, size)?,
         Shape::Cylinder { radius, height } => cylinder::place(&contour, view, radius, height)?,
-        Shape::Lathe { .. } | Shape::Mesh { .. } => return Err(Refused::Profile),
+        Shape::Lathe { .. } | Shape::Mesh { .. } | Shape::Mug { .. } => {
+            return Err(Refused::Profile);
+        }
     };
     let [u0, v0, u1, v1] = Outline::new(view, &object.shape, &placed.pose(), 4).bounds();
     if placed.rms_px > (MISFIT * (u1 - u0).min(v1 - v0)).max(2.0) {

@@ -34,7 +34,7 @@ pub(super) fn outline(
         let (before, pixel, after) =
             (points.pixel(spot.at - half)?, points.pixel(spot.at)?, points.pixel(spot.at + half)?);
         let along = after - before;
-        let length = along.norm();
+        let length = along.norm() * spot.shows;
         // A line towards the eye has no length in the picture.
         let Some(along) = along.try_normalize(1e-6) else { continue };
         let normal = Vector2::new(-along.y, along.x);

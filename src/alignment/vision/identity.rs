@@ -40,12 +40,12 @@ fn others(object: &Object) -> Vec<Object> {
     let as_shape = |shape: Shape| Object { shape, ..object.clone() };
     let mut all: Vec<Object> =
         OTHERS.iter().map(|[wide, high]| as_shape(object.shape.scaled(*wide, *high))).collect();
-    let mean = 0.5 * (object.shape.inner_radius() + object.shape.outer_radius());
+    let mean = 0.5 * (object.shape.inner_radius() + object.shape.body().outer_radius());
     let height = object.shape.height();
     all.push(as_shape(match object.shape.faces() {
         Some(_) => Shape::Cylinder { radius: mean, height },
         None => {
-            let side = 1.8 * object.shape.outer_radius();
+            let side = 1.8 * object.shape.body().outer_radius();
             Shape::Cuboid { size: Vector3::new(side, side, height) }
         }
     }));

@@ -103,6 +103,7 @@ pub(super) fn judge(
     let apart = (RIVAL * object.shape.inner_radius()).max(RIVAL_LEAST);
     let rival = rivals.iter().find(|c| c.distance(&best) > apart);
     let gap = rival.map_or(1.0, |r| 1.0 - r.score.total / best.score.total.max(TINY));
+    sighting.yaw_std = sighting.yaw_std.hypot(turn_std(&best, rivals, object));
     let other = identity::ask(evidence, &best, alike);
     let gap = gap.min(other.ahead);
     sighting.gap = gap;
@@ -190,6 +191,26 @@ fn believe(
         sighting.reason = Some(wording::missing_edges(best, missing));
     }
     tie
+}
+
+/// Returns how far the turn may be off because the thing looks nearly the same at the same place turned otherwise, rad: each
+/// such turn counts by how nearly.
+fn turn_std(best: &Candidate, candidates: &[Candidate], object: &Object) -> f64 {
+    let symmetry = object.shape.symmetry();
+    if symmetry <= 0.0 {
+        return 0.0;
+    }
+    let (mut square, mut weights) = (0.0, 1.0);
+    for other in candidates.iter().filter(|c| c.distance(best) < RIVAL_LEAST) {
+        let behind = 1.0 - other.score.total / best.score.total.max(TINY);
+        let turn = (other.yaw - best.yaw + 0.5 * symmetry).rem_euclid(symmetry) - 0.5 * symmetry;
+        if behind < GAP {
+            let weight = 1.0 - (behind / GAP).max(0.0);
+            square += weight * turn * turn;
+            weights += weight;
+        }
+    }
+    (square / weights).sqrt()
 }
 
 /// Returns one standard deviation of a fit's position, m, and turn, rad, were the scene right.

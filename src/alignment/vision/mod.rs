@@ -178,6 +178,13 @@ pub struct Sighting {
     pub checks: Checks,
 }
 
+impl Sighting {
+    /// Words how a thing at a pose is turned, with how unsure that is where it is not seen.
+    pub fn turned(&self, pose: &ObjectPose) -> String {
+        wording::turned(pose.yaw(), self.yaw_std)
+    }
+}
+
 /// Whether a picture supports an object at a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Support {

@@ -26,6 +26,12 @@ const EXPLAINED: f64 = 0.5;
 /// Points across and down a silhouette's box at which that share is asked: 144, so that it is known to some 4 %.
 const ASKED: usize = 12;
 
+/// A silhouette that is larger by this factor is that of a whole, and about as good is a score of at least this share of
+/// another's. Chosen: places of one thing differ by some per cent in size, for one is farther from the eye, and by less than
+/// 5 % where they are told as a tie ([`super::judge`]).
+const LARGER: f64 = 1.25;
+const AS_GOOD: f64 = 0.95;
+
 /// Bases that differ by less than this, m, are on one floor: as far as what they stand on may be off.
 const SAME_FLOOR: f64 = 0.01;
 
@@ -153,9 +159,32 @@ impl Everything<'_> {
         let everywhere = Window { x: [low[0], high[0]], y: [low[1], high[1]] };
         let search = |i: usize| {
             let window = self.sought[i].window.unwrap_or(everywhere);
-            self.evidence(i, self.bare()).search(&window)
+            let mut searched = self.evidence(i, self.bare()).search(&window);
+            searched.best = self.without_parts(i, searched.best);
+            searched
         };
         (0..self.sought.len()).into_par_iter().map(search).collect()
+    }
+
+    /// Leaves out places at which a thing that is not convex would be seen as a part of what it is at another place that is
+    /// about as good: a bracket turned away looks like its own plate, and then nothing explains the rest.
+    fn without_parts(&self, i: usize, candidates: Vec<Candidate>) -> Vec<Candidate> {
+        let outlines: Vec<Outline> = candidates.iter().map(|c| self.outline(i, c)).collect();
+        let is_part = |a: usize| {
+            (0..candidates.len()).any(|b| {
+                let [score, other] = [a, b].map(|k| candidates[k].score.total);
+                b != a && other >= AS_GOOD * score && {
+                    let (whole, own) = (area(&outlines[b]), area(&outlines[a]));
+                    !outlines[a].pieces.is_empty()
+                        && own.0 * LARGER < whole.0
+                        && own.1.iter().filter(|p| outlines[b].contains(**p)).count() as f64
+                            > EXPLAINED * own.1.len() as f64
+                }
+            })
+        };
+        let parts: Vec<bool> = (0..candidates.len()).map(is_part).collect();
+        let kept = candidates.into_iter().zip(parts).filter(|(_, is_part)| !is_part);
+        kept.map(|(candidate, _)| candidate).collect()
     }
 
     fn bare(&self) -> Hidden {
@@ -239,6 +268,17 @@ impl Everything<'_> {
             one.height < two.height && stands_over(b.1, one, a.1)
         }
     }
+}
+
+/// Returns the area of a silhouette, px², and points spread over it.
+fn area(outline: &Outline) -> (f64, Vec<Vector2<f64>>) {
+    let [u0, v0, u1, v1] = outline.bounds();
+    let share = |n: usize| (n as f64 + 0.5) / ASKED as f64;
+    let point = |k: usize| {
+        Vector2::new(u0 + (u1 - u0) * share(k % ASKED), v0 + (v1 - v0) * share(k / ASKED))
+    };
+    let inside: Vec<_> = (0..ASKED * ASKED).map(point).filter(|p| outline.contains(*p)).collect();
+    ((u1 - u0) * (v1 - v0) * inside.len() as f64 / (ASKED * ASKED) as f64, inside)
 }
 
 /// Returns the camera as it would hang if everything were lower by `by` m.

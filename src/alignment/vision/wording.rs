@@ -5,6 +5,18 @@
 use crate::alignment::doubt::Meaning;
 use crate::alignment::placement::Candidate;
 
+/// A turn that is less sure than this is not seen, rad: 20 deg. Chosen: fingers still close on a box that is turned by less.
+const UNSEEN: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+/// How a thing is turned, and that it is not seen where it may be turned otherwise as well.
+pub(super) fn turned(yaw: f64, std: f64) -> String {
+    if std > UNSEEN {
+        let [yaw, std] = [yaw, std].map(f64::to_degrees);
+        return format!("its turn is not seen ({yaw:.0} ± {std:.0} deg)");
+    }
+    format!("turned {:.1} deg", yaw.to_degrees())
+}
+
 /// No place was worth a second look; the nearest, if there was any.
 pub(super) fn nothing_like_it(nearest: Option<&Candidate>) -> String {
     nearest.map_or_else(

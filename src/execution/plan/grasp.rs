@@ -133,7 +133,7 @@ impl Planner {
         // Above the middle, where there is room for the wrist below and the lip stays free.
         'looking: for share in grip::shares_up(&object.shape) {
             let height = (share * object.shape.height()).max(lowest - pose.origin().z);
-            let grips = grip::at_height(&object.shape, height);
+            let grips = grip::at_height(&object.shape, height, pitch);
             for grip in grips.iter().filter(|grip| fits(grip.width)) {
                 // Round things are taken from the same sides of the table however they are turned.
                 let yaw = if object.shape.symmetry() > 0.0 { pose.yaw() } else { 0.0 };
@@ -246,7 +246,10 @@ impl Planner {
         let most = match object.shape {
             Shape::Cuboid { .. } => MOST_BACK,
             // A mesh may be held by a corner as well as by a face.
-            Shape::Cylinder { .. } | Shape::Lathe { .. } | Shape::Mesh { .. } => {
+            Shape::Cylinder { .. }
+            | Shape::Lathe { .. }
+            | Shape::Mesh { .. }
+            | Shape::Mug { .. } => {
                 (self.robot().fingers_ahead()? - PAST_MIDDLE).clamp(0.0, MOST_BACK)
             }
         };

@@ -3,11 +3,11 @@
 //! In: a shape as it stands. Out: grips, each with the direction of approach, the height and the middle between the
 //! fingers. Whether an arm gets there is [`super::grasp`]'s.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 use nalgebra::Vector2;
 
-use crate::world::{Mesh, Shape};
+use crate::world::{Mesh, Mug, Shape};
 
 /// Where along its height an object is taken, as shares of it, in the order they are tried. Chosen: below half of the
 /// height the wrist is near the table and the thing hangs top-heavy; above two thirds the pads, 22 mm high, come near
@@ -23,6 +23,14 @@ const SHARES: i32 = 8;
 const SLOPES: f64 = 0.1;
 /// Half the height of the pads of the fingers, m: those of a 2F-85 are 22 mm high.
 const PAD: f64 = 0.011;
+/// How far fingers reach past the middle of what they hold, and how thick they are, m: a 2F-85's tips are 32 mm ahead of the
+/// tool point and 22 mm wide; and the room that is left between them and a handle. Half of the room is what a thing is seen
+/// beside its place.
+const FINGER: f64 = 0.032;
+const THICK: f64 = 0.011;
+const CLEAR: f64 = 0.004;
+/// Places along a handle at which it is asked whether a finger is there: 4 mm apart on a handle of 3 cm.
+const PLACES: i32 = 8;
 /// Directions from which a round object is approached. Chosen: 22.5 deg apart. With eight a table corner may hide all
 /// that are free; with 32 each costs as much again and two neighbours touch the same things.
 const AROUND_CYLINDER: i32 = 16;
@@ -38,8 +46,9 @@ pub(super) struct Grip {
     pub(super) width: f64,
 }
 
-/// Returns how two fingers hold a shape at a height, m, whether they open so wide or not.
-pub(super) fn at_height(shape: &Shape, height: f64) -> Vec<Grip> {
+/// Returns how two fingers of a hand that points down by `pitch` rad hold a shape at a height, m, whether they open so wide
+/// or not.
+pub(super) fn at_height(shape: &Shape, height: f64, pitch: f64) -> Vec<Grip> {
     let middle = Vector2::zeros();
     match shape {
         Shape::Cuboid { size } => {
@@ -56,14 +65,33 @@ pub(super) fn at_height(shape: &Shape, height: f64) -> Vec<Grip> {
             (0..AROUND_CYLINDER).map(|i| Grip { heading: heading(i), middle, width }).collect()
         }
         Shape::Mesh { mesh } => of_mesh(mesh, height),
+        Shape::Mug { mug } => at_height(&shape.body(), height, pitch)
+            .into_iter()
+            .filter(|grip| !meets_handle(mug, grip.heading, pitch))
+            .collect(),
     }
 }
 
 /// Returns the smallest width at which a shape is held anywhere that is tried, m; `None` where fingers find no two sides.
 pub(super) fn narrowest(shape: &Shape) -> Option<f64> {
     let shares = shares_up(shape).into_iter();
-    let widths = shares.flat_map(|up| at_height(shape, up * shape.height()));
+    let widths = shares.flat_map(|up| at_height(shape, up * shape.height(), 0.0));
     widths.map(|grip| grip.width).min_by(f64::total_cmp)
+}
+
+/// Whether a finger would be where a mug's handle is: beside the wall, from the palm to its tip.
+fn meets_handle(mug: &Mug, heading: f64, pitch: f64) -> bool {
+    let (middle, half) = mug.around_handle();
+    // A hand that points down has its fingers upright; a level one has them along its heading.
+    let ahead = FINGER * pitch.cos() + THICK * pitch.sin();
+    (0..=PLACES).any(|k| {
+        let out = middle.x + half.x * (2.0 * f64::from(k) / f64::from(PLACES) - 1.0);
+        let (along, aside) = (out * heading.cos(), -out * heading.sin());
+        let room = half.y + CLEAR;
+        let is_aside = aside.abs() + room > mug.sizes().radius;
+        let from = if pitch < FRAC_PI_4 { f64::NEG_INFINITY } else { -ahead };
+        is_aside && along > from - room && along < ahead + room
+    })
 }
 
 fn of_mesh(mesh: &Mesh, height: f64) -> Vec<Grip> {
@@ -83,7 +111,7 @@ fn of_mesh(mesh: &Mesh, height: f64) -> Vec<Grip> {
 pub(super) fn shares_up(shape: &Shape) -> Vec<f64> {
     let all = (0..=SHARES).map(|k| LOWEST_SHARE + f64::from(k) * SHARE_STEP);
     match shape {
-        Shape::Cuboid { .. } | Shape::Cylinder { .. } => SHARES_UP.to_vec(),
+        Shape::Cuboid { .. } | Shape::Cylinder { .. } | Shape::Mug { .. } => SHARES_UP.to_vec(),
         Shape::Mesh { .. } => SHARES_UP.into_iter().chain(all).collect(),
         Shape::Lathe { profile } => {
             let slope = |share: f64| {
@@ -122,12 +150,27 @@ mod tests {
     #[test]
     fn a_box_is_held_by_its_faces_and_a_can_from_all_round() {
         let size = Vector3::new(0.12, 0.06, 0.1);
-        let grips = at_height(&Shape::Cuboid { size }, 0.05);
+        let grips = at_height(&Shape::Cuboid { size }, 0.05, 0.0);
         assert_eq!(grips.len(), 4);
         assert!((grips[0].width - 0.06).abs() < 1e-12 && grips[0].heading == 0.0);
         let can = Shape::Cylinder { radius: 0.03, height: 0.1 };
-        assert_eq!(at_height(&can, 0.05).len(), 16);
+        assert_eq!(at_height(&can, 0.05, 0.0).len(), 16);
         assert!((narrowest(&can).unwrap() - 0.06).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_mug_is_held_from_where_its_handle_is_in_nobodys_way() {
+        let sizes =
+            crate::world::mug::Sizes { radius: 0.036, height: 0.095, handle: 0.03, thick: 0.01 };
+        let mug = Shape::Mug { mug: std::sync::Arc::new(Mug::new(sizes).unwrap()) };
+        let from = |pitch: f64| -> Vec<i32> {
+            let grips = at_height(&mug, 0.05, pitch);
+            grips.iter().map(|grip| grip.heading.to_degrees().round() as i32).collect()
+        };
+        // Level: only towards the handle; from above: everywhere but with a finger on it.
+        assert!(from(0.0).contains(&0) && from(0.0).iter().all(|h| *h <= 45 || *h >= 315));
+        let above = from(FRAC_PI_2);
+        assert!(above.contains(&0) && above.contains(&180) && !above.contains(&90), "{above:?}");
     }
 
     #[test]

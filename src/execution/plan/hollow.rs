@@ -31,7 +31,9 @@ pub(super) fn walls(object: &Object, doubt: f64) -> Vec<(Solid, Isometry3<f64>)>
             })
             .collect::<Vec<_>>()
     };
-    let (mut walls, under) = match (&object.shape, &inside) {
+    // A handle is outside: it is kept clear of as it is.
+    let body = object.shape.body();
+    let (mut walls, under) = match (&body, &inside) {
         (Shape::Cuboid { size }, Shape::Cuboid { size: inner }) => {
             let walls = around(4, &|yaw| {
                 let (out, gap, along) = if yaw.cos().abs() > 0.5 {
@@ -44,7 +46,7 @@ pub(super) fn walls(object: &Object, doubt: f64) -> Vec<(Solid, Isometry3<f64>)>
             (walls, Vector3::new(size.x, size.y, floor))
         }
         (round, inner) if round.faces().is_none() => {
-            let radius = object.shape.outer_radius();
+            let radius = round.outer_radius();
             let thick = radius - inner.inner_radius();
             let long = 2.0 * radius * (0.5 * TAU / f64::from(SLABS)).tan();
             let walls = around(SLABS, &|_| (radius - 0.5 * thick, thick, long));
@@ -53,6 +55,10 @@ pub(super) fn walls(object: &Object, doubt: f64) -> Vec<(Solid, Isometry3<f64>)>
         _ => return Vec::new(),
     };
     walls.push(slab(0.0, 0.0, 0.5 * floor, 0.0, under));
+    if let Shape::Mug { mug } = &object.shape {
+        let (middle, half) = mug.around_handle();
+        walls.push(slab(middle.x, middle.y, middle.z, 0.0, 2.0 * half));
+    }
     walls
 }
 

@@ -338,7 +338,10 @@ type Part = (Isometry3<f64>, SharedShape);
 /// Returns what touches others of an object, in its own frame: thin walls when it is a vessel, else a solid.
 fn object_shape(object: &Object) -> SharedShape {
     compound(match (object.cavity, &object.shape) {
-        (Some(cavity), shape) => vessel(shape, cavity.wall, foot),
+        (Some(cavity), shape) => {
+            let body = vessel(&shape.body(), cavity.wall, foot);
+            body.into_iter().chain(handle(shape)).collect()
+        }
         (None, &Shape::Cylinder { radius, height }) => {
             let up = |z: f64| Isometry3::translation(0.0, 0.0, z);
             let between = round(radius, 0.5 * height - FOOT, 0.5 * height);
@@ -356,9 +359,12 @@ fn object_shape(object: &Object) -> SharedShape {
 /// Returns mass, centre of mass and inertia of an object, in its own frame.
 fn object_mass(object: &Object) -> MassProperties {
     let parts = match object.cavity {
-        Some(cavity) => vessel(&object.shape, cavity.wall, |radius, half, at| {
-            round(radius, half, at.translation.z)
-        }),
+        Some(cavity) => {
+            let disc =
+                |radius: f64, half: f64, at: Isometry3<f64>| round(radius, half, at.translation.z);
+            let body = vessel(&object.shape.body(), cavity.wall, disc);
+            body.into_iter().chain(handle(&object.shape)).collect()
+        }
         None => match &object.shape {
             Shape::Lathe { profile } => turned(profile),
             // Its parts overlap; what it encloses does not.
@@ -380,6 +386,16 @@ fn compound(parts: Vec<Part>) -> SharedShape {
     SharedShape::compound(
         parts.into_iter().map(|(at, shape)| (pose_to_engine(&at), shape)).collect(),
     )
+}
+
+/// Returns the bars of a handle, if a thing has one.
+fn handle(outside: &Shape) -> Vec<Part> {
+    let Shape::Mug { mug } = outside else { return Vec::new() };
+    let bar = |(middle, half): (Vector3<f64>, Vector3<f64>)| {
+        let at = Isometry3::translation(middle.x, middle.y, middle.z);
+        (at, SharedShape::cuboid(half.x, half.y, half.z))
+    };
+    mug.bars().map(bar).to_vec()
 }
 
 fn solid(outside: &Shape) -> Vec<Part> {
@@ -503,8 +519,8 @@ fn vessel(
             let floor = disc(profile.foot(), half_wall, at(0.0, 0.0, half_wall));
             floor.into_iter().chain(leaning_walls(&profile, thick)).collect()
         }
-        // A mesh holds nothing; a scene says so.
-        Shape::Mesh { .. } => solid(outside),
+        // A mesh holds nothing; a scene says so. What a mug holds is in its body.
+        Shape::Mesh { .. } | Shape::Mug { .. } => solid(outside),
     }
 }
 

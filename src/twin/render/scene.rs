@@ -319,14 +319,20 @@ fn of_body(body: &Body, id: u16) -> Vec<Thing> {
                 Some(Thing::new(Kind::Solid(solid), pose, body.paint, id))
             })
             .collect(),
-        Shape::Standing(shape) => one(Kind::Solid(standing(shape, 0.0, 0.0))),
+        Shape::Standing(shape) => {
+            let mut things = one(Kind::Solid(standing(shape, 0.0, 0.0)));
+            things.extend(handle(shape).map(|kind| Thing::new(kind, pose, body.paint, id)));
+            things
+        }
         Shape::Vessel { outside, wall, water } => {
             let (outer, cavity) = (standing(outside, 0.0, 0.0), standing(outside, *wall, *wall));
             let up = pose.rotation.inverse() * Vector3::z();
             let stands = || Basin::new(outside, *wall).stand(&up, *water).height;
             let level = (*water > 1e-9).then(|| (up, stands()));
             let rim = outside.height();
-            one(Kind::Vessel(Hollow { outer, cavity, rim, level }))
+            let mut things = one(Kind::Vessel(Hollow { outer, cavity, rim, level }));
+            things.extend(handle(outside).map(|kind| Thing::new(kind, pose, body.paint, id)));
+            things
         }
         Shape::Mesh { vertices, triangles } => triangles
             .iter()
@@ -343,6 +349,15 @@ fn of_body(body: &Body, id: u16) -> Vec<Thing> {
     }
 }
 
+/// The bars of a handle, if a thing has one.
+fn handle(shape: &object::Shape) -> impl Iterator<Item = Kind> {
+    let bars = match shape {
+        object::Shape::Mug { mug } => mug.bars().to_vec(),
+        _ => Vec::new(),
+    };
+    bars.into_iter().map(|(centre, half)| Kind::Solid(Solid::Cuboid { centre, half }))
+}
+
 /// A scene's solid, shrunk by `wall` on its sides and raised by `floor` at its bottom.
 fn standing(shape: &object::Shape, wall: f64, floor: f64) -> Solid {
     match *shape {
@@ -352,6 +367,10 @@ fn standing(shape: &object::Shape, wall: f64, floor: f64) -> Solid {
         },
         object::Shape::Cylinder { radius, height } => {
             Solid::Cylinder { radius: radius - wall, bottom: floor, top: height }
+        }
+        object::Shape::Mug { ref mug } => {
+            let sizes = mug.sizes();
+            Solid::Cylinder { radius: sizes.radius - wall, bottom: floor, top: sizes.height }
         }
         object::Shape::Mesh { ref mesh } => {
             // The box around it: its own surface is drawn where it stands, and it holds nothing.

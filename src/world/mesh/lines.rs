@@ -38,8 +38,8 @@ const FARTHER: f64 = 1.25;
 pub(super) struct Edge {
     corners: [u32; 2],
     faces: [u32; 2],
-    /// Whether its faces bend enough to show a line.
-    is_crease: bool,
+    /// How much of a line its faces show where they bend: 1 for a right angle, 0 for none.
+    bend: f64,
 }
 
 /// A point of a line that is seen.
@@ -55,6 +55,8 @@ pub struct Spot {
     pub length: f64,
     /// Whether the body ends here, to the eye; else it is seen on both sides.
     pub is_rim: bool,
+    /// How much of a line it shows: 1 where the surface turns away, less where it bends by less than a right angle.
+    pub shows: f64,
     /// Which line; points of one line follow each other.
     pub line: usize,
 }
@@ -94,7 +96,10 @@ pub(super) fn edges(
         })
         .map(|(corners, faces)| {
             let [f, g] = faces.map(|face| normals[face as usize]);
-            Edge { corners, faces, is_crease: f.dot(&g) < crease }
+            // Two matt faces differ in any light, on average, as their normals do: by twice the sine of half the bend.
+            let bend =
+                if f.dot(&g) < crease { (f - g).norm() / std::f64::consts::SQRT_2 } else { 0.0 };
+            Edge { corners, faces, bend: bend.min(1.0) }
         })
         .collect()
 }
@@ -161,7 +166,7 @@ impl Mesh {
             .iter()
             .filter(|edge| {
                 let [f, g] = edge.faces.map(|face| self.faces(face, eye));
-                if turns_away { f != g } else { f && g && edge.is_crease }
+                if turns_away { f != g } else { f && g && edge.bend > 0.0 }
             })
             .collect();
         let mut at: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
@@ -196,7 +201,12 @@ impl Mesh {
                     }
                 }
             }
-            lines.push(self.line(&chosen, &run));
+            let mut line = self.line(&chosen, &run);
+            if !turns_away {
+                let bends = run.iter().map(|(k, _)| chosen[*k].bend);
+                line.shows = bends.sum::<f64>() / run.len() as f64;
+            }
+            lines.push(line);
         }
         lines
     }
@@ -224,7 +234,8 @@ impl Mesh {
 
     fn line(&self, chosen: &[&Edge], run: &[(usize, [u32; 2])]) -> Line {
         let place = |corner: u32| self.corners()[corner as usize];
-        let mut line = Line { points: vec![place(run[0].1[0])], far: vec![0.0], outs: Vec::new() };
+        let mut line =
+            Line { points: vec![place(run[0].1[0])], far: vec![0.0], outs: Vec::new(), shows: 1.0 };
         for (k, [_, to]) in run {
             let [f, g] = chosen[*k].faces.map(|face| self.normals()[face as usize]);
             let to = place(*to);
@@ -300,6 +311,8 @@ struct Line {
     far: Vec<f64>,
     /// Of each edge, the way out of the body.
     outs: Vec<Vector3<f64>>,
+    /// How much of a line it shows.
+    shows: f64,
 }
 
 impl Line {
@@ -321,7 +334,8 @@ impl Line {
         let (before, after) = (self.place(far - 0.5 * length).0, self.place(far + 0.5 * length).0);
         let straight = self.points[edge + 1] - self.points[edge];
         let along = (after - before).try_normalize(1e-12).unwrap_or(straight.normalize());
-        Spot { at, along, out: self.outs[edge], length, is_rim: false, line }
+        let (out, shows) = (self.outs[edge], self.shows);
+        Spot { at, along, out, length, is_rim: false, shows, line }
     }
 }
 

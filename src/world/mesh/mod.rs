@@ -144,13 +144,25 @@ impl Mesh {
         Self::of_corners(file, unit, corners, triangles)
     }
 
+    /// Makes the surface of several closed bodies, which may overlap, where they stand; `parts` are convex and cover them, m.
+    pub(super) fn of_parts(
+        triangles: &[Triangle],
+        parts: Vec<Vec<Vector3<f64>>>,
+    ) -> Result<Self, Fault> {
+        let (low, high) = bounds(triangles.iter().flatten());
+        let (corners, triangles) = welded(triangles, (high - low).max() * SAME);
+        let mut mesh = Self::of_corners("", 1.0, corners, triangles)?;
+        mesh.parts = OnceLock::from(parts);
+        Ok(mesh)
+    }
+
     fn of_corners(
         file: &str,
         unit: f64,
         corners: Vec<Vector3<f64>>,
         mut triangles: Vec<[u32; 3]>,
     ) -> Result<Self, Fault> {
-        let flat = corners.is_empty() || triangles.len() < 4;
+        let flat = corners.is_empty() || triangles.is_empty();
         let (low, high) = bounds(corners.iter());
         let size = high - low;
         if flat || size.min() <= 0.0 {
@@ -359,23 +371,6 @@ impl<'de> Deserialize<'de> for Mesh {
         }
         Self::of_corners(&kept.file, kept.unit_m, kept.corners_m, kept.triangles)
             .map_err(D::Error::custom)
-    }
-}
-
-/// A mesh that is shared, in files.
-pub(super) mod shared {
-    use std::sync::Arc;
-
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    use super::Mesh;
-
-    pub(in crate::world) fn serialize<S: Serializer>(mesh: &Arc<Mesh>, serializer: S) -> Result<S::Ok, S::Error> {
-        mesh.as_ref().serialize(serializer)
-    }
-
-    pub(in crate::world) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arc<Mesh>, D::Error> {
-        Mesh::deserialize(deserializer).map(Arc::new)
     }
 }
 
