@@ -80,10 +80,9 @@ fn body(shape: &Shape) -> Body {
         Shape::Cuboid { size } => Body::Cuboid(*size),
         Shape::Lathe { profile } => Body::Lathe(points(profile, 1.0)),
         // Meshes and mugs are in no case.
-        round => Body::Lathe(vec![
-            (round.inner_radius(), 0.0),
-            (round.inner_radius(), round.height()),
-        ]),
+        round => {
+            Body::Lathe(vec![(round.inner_radius(), 0.0), (round.inner_radius(), round.height())])
+        }
     }
 }
 

@@ -366,9 +366,10 @@ mod tests {
             let at = found.world_from_object.origin();
             assert!((at.xy() - Vector2::new(x, y)).norm() < 2e-3, "{shape:?}: {found:?}");
             assert!((found.shape.height() - shape.height()).abs() < 2e-3, "{shape:?}: {found:?}");
-            let off = match (found.shape, shape) {
+            let off = match (&found.shape, &shape) {
                 (Shape::Cuboid { size: a }, Shape::Cuboid { size: b }) => {
-                    let [a, b] = [a, b].map(|s| Vector2::new(s.x.min(s.y), s.x.max(s.y)));
+                    let [a, b] =
+                        [a, b].map(|s: &Vector3<f64>| Vector2::new(s.x.min(s.y), s.x.max(s.y)));
                     (a - b).amax()
                 }
                 (Shape::Cylinder { radius: a, .. }, Shape::Cylinder { radius: b, .. }) => {

@@ -54,7 +54,7 @@ impl Solid {
     /// whose origin is the centre of the base: larger by `by` m on every side and at its top. A mesh has one for each of its
     /// convex parts, a mug one more for its handle.
     pub fn of_object(shape: &Shape, by: f64) -> Vec<Placed> {
-        let half = (shape.height() + by) / 2.0;
+        let half = f64::midpoint(shape.height(), by);
         let solid = match shape {
             Shape::Cuboid { size } => {
                 Self::Cuboid { half: Vector3::new(size.x / 2.0 + by, size.y / 2.0 + by, half) }

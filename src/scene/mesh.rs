@@ -39,10 +39,9 @@ impl NoMesh {
             Self::Refused(_) => super::error::mesh_permissions(),
             Self::File(why) => super::error::mesh_of_bytes(why),
             Self::Solid(fault @ (Fault::Large(side) | Fault::Small(side)), unit) => {
-                let fits = UNITS.iter().find(|(one, _)| {
-                    let side = side / unit * one;
-                    side >= USUAL[0] && side <= USUAL[1]
-                });
+                let fits = UNITS
+                    .iter()
+                    .find(|(one, _)| (USUAL[0]..=USUAL[1]).contains(&(side / unit * one)));
                 super::error::mesh_of_size(fault, fits.map(|(_, written)| *written))
             }
             Self::Solid(fault, _) => super::error::mesh_of_triangles(fault),

@@ -18,8 +18,8 @@ use super::mesh::read::Triangle;
 const BETWEEN: [f64; 2] = [0.2, 0.82];
 /// Sides of the polygon that is seen as the wall: its corners are the circle's own, its sides 0.5 % inside.
 const SIDES: usize = 32;
-/// How deep a bar reaches into the wall, as a share of its thickness: a flat end on a round wall leaves no gap.
-const INTO: f64 = 0.5;
+/// How deep a bar reaches into the wall, m: as deep as a round wall falls back across the bar, and this. A wall is thicker.
+const INTO: f64 = 2e-4;
 
 /// Sizes of a mug, m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,7 +97,7 @@ impl Mug {
     /// Returns the box around the handle.
     pub fn around_handle(&self) -> Bar {
         let [(middle, half), ..] = self.bars();
-        let from = self.sizes.radius - INTO * self.sizes.thick;
+        let from = inner(&self.sizes);
         let to = middle.x + half.x;
         let (x, reach) = (f64::midpoint(from, to), 0.5 * (to - from));
         (Vector3::new(x, 0.0, middle.z), Vector3::new(reach, half.y, half.z))
@@ -124,6 +124,12 @@ impl From<Mug> for Sizes {
     }
 }
 
+/// Returns how far from the axis the bars of the handle begin, m.
+fn inner(sizes: &Sizes) -> f64 {
+    let half = 0.5 * sizes.thick;
+    (sizes.radius * sizes.radius - half * half).max(0.0).sqrt() - INTO
+}
+
 fn bars(sizes: &Sizes) -> [Bar; 3] {
     let Sizes { radius, height, handle, thick } = *sizes;
     let [low, high] = BETWEEN.map(|share| share * height);
@@ -134,7 +140,7 @@ fn bars(sizes: &Sizes) -> [Bar; 3] {
         Vector3::new(half, half, 0.5 * (high - low)),
     );
     // From inside the wall to the bar that is held.
-    let from = radius - INTO * thick;
+    let from = inner(sizes);
     let across = |z: f64| {
         let x = f64::midpoint(from, out - thick);
         (Vector3::new(x, 0.0, z), Vector3::new(0.5 * (out - thick - from), half, half))
@@ -153,7 +159,7 @@ fn corners((middle, half): &Bar) -> Vec<Vector3<f64>> {
 fn handle_of(sizes: &Sizes) -> Vec<Triangle> {
     let Sizes { radius, height, handle, thick } = *sizes;
     let [low, high] = BETWEEN.map(|share| share * height);
-    let (from, out) = (radius - INTO * thick, radius + handle);
+    let (from, out) = (inner(sizes), radius + handle);
     let (inner, foot, head) = (out - thick, low + thick, high - thick);
     // Round about against the clock, with the corners that its three pieces share.
     let around = [
@@ -233,7 +239,7 @@ mod tests {
         let (low, high) = (outside.corners().iter().map(|p| p.x).fold(1.0, f64::min), mug.sizes());
         assert!((low + high.radius).abs() < 1e-9, "its axis is the wall's");
         assert!((mug.beside_handle(0.07, 0.0) - 0.002).abs() < 1e-9);
-        assert_eq!(mug.beside_handle(0.06, 0.003), 0.0);
+        assert!(mug.beside_handle(0.06, 0.003) < 1e-12);
     }
 
     #[test]

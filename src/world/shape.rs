@@ -73,6 +73,7 @@ impl Shape {
     }
 
     /// Returns what of it holds: of a mug the cylinder without its handle, of others the whole.
+    #[must_use]
     pub fn body(&self) -> Self {
         match self {
             Self::Mug { mug } => {

@@ -90,8 +90,7 @@ fn what_is_no_mesh_is_told_with_what_would_help() {
 #[test]
 fn a_mug_is_a_vessel_whose_handle_holds_nothing() {
     let folder = tables("shapes-mug");
-    let things =
-        "mug: Container = mug(diameter 76 mm, height 95 mm, handle 30 mm, thick 10 mm) { wall 4 mm }";
+    let things = "mug: Container = mug(diameter 76 mm, height 95 mm, handle 30 mm, thick 10 mm) { wall 4 mm }";
     let scene = read(&folder, things).unwrap();
     let mug = scene.object("mug").unwrap();
     let inside = std::f64::consts::PI * 0.034 * 0.034 * 0.091;

@@ -286,7 +286,8 @@ mod tests {
         ] {
             let pose = ObjectPose::upright(x, y, 0.0, yaw);
             let (picture, mask) = paint(&view, &shape, &pose);
-            let placed = place(&mask, &picture, &view, &object(shape), &Hidden::default()).unwrap();
+            let placed =
+                place(&mask, &picture, &view, &object(shape.clone()), &Hidden::default()).unwrap();
             let far = 1e3 * (placed.x - x).hypot(placed.y - y);
             let turn = reduced(placed.yaw - yaw, shape.symmetry());
             assert!(far < 0.8 && turn.abs() < 0.01, "{shape:?}: {far:.2} mm, {turn:.4} rad");
@@ -314,7 +315,7 @@ mod tests {
         let pose = ObjectPose::upright(0.6, 0.0, 0.0, 0.5);
         let (picture, mask) = paint(&view, &shape, &pose);
         let try_with = |mask: &GrayImage, hidden: &Hidden| {
-            place(mask, &picture, &view, &object(shape), hidden)
+            place(mask, &picture, &view, &object(shape.clone()), hidden)
         };
         let middle = view.pixel(Vector3::new(0.6, 0.0, 0.07)).unwrap();
         let mut bitten = mask.clone();

@@ -42,12 +42,11 @@ fn others(object: &Object) -> Vec<Object> {
         OTHERS.iter().map(|[wide, high]| as_shape(object.shape.scaled(*wide, *high))).collect();
     let mean = 0.5 * (object.shape.inner_radius() + object.shape.body().outer_radius());
     let height = object.shape.height();
-    all.push(as_shape(match object.shape.faces() {
-        Some(_) => Shape::Cylinder { radius: mean, height },
-        None => {
-            let side = 1.8 * object.shape.body().outer_radius();
-            Shape::Cuboid { size: Vector3::new(side, side, height) }
-        }
+    all.push(as_shape(if object.shape.faces().is_some() {
+        Shape::Cylinder { radius: mean, height }
+    } else {
+        let side = 1.8 * object.shape.body().outer_radius();
+        Shape::Cuboid { size: Vector3::new(side, side, height) }
     }));
     all
 }

@@ -127,8 +127,7 @@ impl Planner {
         };
         let into = self.cell.scene.object(at).and_then(scene::Object::inside);
         let into = into.filter(|inside| support::fits(object, inside));
-        let vessel = into.as_ref().map(|_| at);
-        let deep = into.as_ref().map_or(0.0, crate::world::Shape::height);
+        let (vessel, deep) = into.as_ref().map(|inside| (at, inside.height())).unzip();
         let world = self.obstacles_around(&[], vessel, self.state.opening);
         let empty = self.obstacles_around(&[o], vessel, self.robot().max_opening());
         let object_from_tool = tool_from_object.inverse();
@@ -144,7 +143,7 @@ impl Planner {
                 let yaw = heading + turn - ahead.y.atan2(ahead.x);
                 let stands: Pose<World, Object> = Pose::upright(x, y, place.z + DROP, yaw);
                 let down = stands * object_from_tool;
-                let above = deep + ABOVE;
+                let above = deep.unwrap_or(0.0) + ABOVE;
                 let up = Vector3::z() * above;
                 let poses = ((above + BACK) / STRAIGHT_STEP).round() as u64;
                 let work = REACHING + TRACKING * poses + world.cost() * poses;

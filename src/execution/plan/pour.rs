@@ -9,7 +9,7 @@ use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
 use crate::twin::hold::Hold;
 use crate::world::frame::{self, Tool, World};
-use crate::world::{Object, Pose, Shape};
+use crate::world::{Object, Pose, Scene, Shape};
 
 use super::super::wording;
 use super::grasp::distance;
@@ -124,10 +124,8 @@ impl Planner {
         let source_shape = shape(source).ok_or_else(|| no(Why::NotSeen(source.to_owned())))?;
         let target_shape = shape(target).ok_or_else(|| no(Why::NotSeen(target.to_owned())))?;
         let cup = self.pose(target, &what)?;
-        let inside = scene.object(source).and_then(Object::inside);
-        let inside = inside.unwrap_or_else(|| source_shape.clone());
-        let opening = scene.object(target).and_then(Object::inside);
-        let opening = opening.unwrap_or_else(|| target_shape.clone());
+        let inside = space(scene, source, source_shape);
+        let opening = space(scene, target, target_shape);
         let hold = scene.object(source).and_then(Hold::of);
         let most = (opening.rim_radius() - INSIDE_RIM).max(0.0);
         let mut before_middle = BEFORE_MIDDLE.map(|back| back.min(most)).to_vec();
@@ -239,6 +237,11 @@ fn upright_under(
     let reach = rim_reach(shape, &(turned.inverse().rotation() * lean));
     let base = lip - lean * reach - Vector3::z() * shape.height();
     Pose::from_parts(base, turned.rotation())
+}
+
+/// Returns what is inside a thing, or its shape where nothing is.
+fn space(scene: &Scene, name: &str, shape: &Shape) -> Shape {
+    scene.object(name).and_then(Object::inside).unwrap_or_else(|| shape.clone())
 }
 
 /// Returns how far the rim reaches from the axis in a level direction of the object's frame, m.

@@ -227,7 +227,7 @@ impl Fluid {
             velocity: Vector3::zeros(),
             spin: Vector3::zeros(),
             basin,
-            mode: Mode::of(&vessel.inside(), rim.viscosity.unwrap_or(0.0)),
+            mode: Mode::of(vessel.inside(), rim.viscosity.unwrap_or(0.0)),
             slosh: Slosh::calm(),
             stand: (stand, up.cast(), n),
             felt: (n as f64 * self.volume * WATER_DENSITY, stand.centre),

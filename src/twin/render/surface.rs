@@ -31,7 +31,9 @@ impl Surface {
         let corners = mesh.corners();
         let mut at: Vec<Vec<usize>> = vec![Vec::new(); corners.len()];
         for (face, t) in mesh.triangles().iter().enumerate() {
-            t.iter().for_each(|corner| at[*corner as usize].push(face));
+            for corner in t {
+                at[*corner as usize].push(face);
+            }
         }
         let area = |face: usize| {
             let [a, b, c] = mesh.triangles()[face].map(|corner| corners[corner as usize]);

@@ -140,7 +140,7 @@ impl Mesh {
         let round = whole(way.y.atan2(way.x) / step).rem_euclid(AROUND as i32);
         let up = whole(way.z.atan2(way.xy().norm()) / step);
         let far = whole(way.norm().max(1e-6).ln() / FARTHER.ln());
-        let key = [round, up, far, per_side as i32];
+        let key = [round, up, far, i32::try_from(per_side).unwrap_or(i32::MAX)];
         let known =
             self.aspects.0.read().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if let Some(known) = known {
