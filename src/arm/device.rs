@@ -116,6 +116,9 @@ pub trait Arm: Send {
     /// Brings the arm to rest as fast as its limits allow, and holds it.
     fn stop(&mut self);
 
+    /// Tells whoever stands before the arm that what it holds may be taken, or not any more; a real one is seen to hold it out.
+    fn offers(&mut self, _on: bool) {}
+
     /// Returns how evenly was paced what was streamed since this was last asked, of an arm that is streamed to.
     fn pacing(&mut self) -> Option<Pacing> {
         None

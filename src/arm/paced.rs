@@ -49,6 +49,10 @@ impl<P: Plant> Plant for Paced<P> {
         Ok(())
     }
 
+    fn offers(&mut self, on: bool) {
+        self.plant.offers(on);
+    }
+
     fn refresh(&mut self) -> Result<(), DeviceError> {
         self.plant.refresh()
     }

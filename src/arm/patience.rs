@@ -81,6 +81,10 @@ impl Arm for Patient {
         self.arm.stop();
     }
 
+    fn offers(&mut self, on: bool) {
+        self.arm.offers(on);
+    }
+
     fn pacing(&mut self) -> Option<Pacing> {
         self.arm.pacing()
     }

@@ -22,6 +22,9 @@ pub trait Plant: Send {
         Ok(())
     }
 
+    /// Tells whoever stands before the arm that what it holds may be taken, or not any more.
+    fn offers(&mut self, _on: bool) {}
+
     /// Returns what the arm reported last; `q_cmd` is filled in by [`Ticked`].
     fn report(&mut self) -> Feedback;
 }
@@ -134,6 +137,10 @@ impl<P: Plant> Ticked<P> {
 }
 
 impl<P: Plant> Arm for Ticked<P> {
+    fn offers(&mut self, on: bool) {
+        self.plant.offers(on);
+    }
+
     fn feedback(&mut self) -> Result<Feedback, DeviceError> {
         self.plant.refresh()?;
         Ok(self.told())

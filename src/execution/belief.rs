@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use crate::alignment::vision::Sighting;
 use crate::fluent;
 use crate::world::frame::{Object, Tool, World};
-use crate::world::{ObjectState, Pose, Scene, Unknown, WATER_DENSITY, WorldState, support};
+use crate::world::{ObjectState, Pose, Scene, Unknown, WATER_DENSITY, WorldState, drawer, support};
 
 use super::cell::Pads;
 use crate::arm::{Feedback, Grip};
@@ -226,6 +226,13 @@ impl Belief {
 
     /// Takes how a grip on `aim` ended at `time` (s), with the tool at `tool`.
     pub fn gripped(&mut self, grip: Grip, aim: Option<&str>, tool: &Pose<World, Tool>, time: f64) {
+        if let Some(Held { name, tool_from_object, .. }) =
+            self.held.take_if(|held| self.scene.drawer(&held.name).is_some())
+        {
+            let (scene, pose) = (self.scene.clone(), *tool * tool_from_object);
+            follow(&scene, &name, &pose, &mut self.objects);
+            self.mass = None;
+        }
         if let Some(Held { name, tool_from_object, crept, .. }) = self.held.take() {
             // What was held stands where the hand let it go.
             let mut pose = *tool * crept.by(time, tool, &tool_from_object);
@@ -243,7 +250,11 @@ impl Belief {
         }
         let Some(aim) = aim else { return };
         let Some(object) = self.scene.object(aim) else { return };
-        let width = object.shape.between(grip.opening);
+        // A drawer is held by the bar of its handle.
+        let width = match self.scene.drawer(aim) {
+            Some(_) => 2.0 * drawer::BAR,
+            None => object.shape.between(grip.opening),
+        };
         let fits = (grip.opening - width).abs() < PAD_TOLERANCE;
         let Some(known) = self.objects.iter_mut().find(|o| o.name == aim) else { return };
         if grip.stalled && fits {
@@ -296,7 +307,9 @@ impl Belief {
         self.slipped(feedback.opening);
         let mut objects = self.objects.clone();
         if let Some(Held { name, tool_from_object, crept, .. }) = &self.held {
-            if let Some(object) = objects.iter_mut().find(|object| object.name == *name) {
+            if self.scene.drawer(name).is_some() {
+                follow(&self.scene, name, &(tool * *tool_from_object), &mut objects);
+            } else if let Some(object) = objects.iter_mut().find(|object| object.name == *name) {
                 let lies = crept.by(feedback.time, &tool, tool_from_object);
                 object.world_from_object = Some(tool * lies);
             }
@@ -313,6 +326,16 @@ impl Belief {
             spilt: None,
             unknown: self.unknown.clone(),
         }
+    }
+}
+
+/// Draws a drawer by the hand that holds it: as far along its rail as the hand has brought it, with what is in it.
+fn follow(scene: &Scene, name: &str, by_hand: &Pose<World, Object>, objects: &mut [ObjectState]) {
+    let Some(drawer) = scene.drawer(name) else { return };
+    let case = objects.iter().find(|known| known.name == drawer.case);
+    let Some(case) = case.and_then(|known| known.world_from_object) else { return };
+    if let Some(drawn) = drawer.drawn(scene, &case, by_hand) {
+        drawer::slide(scene, drawer, objects, drawn.clamp(0.0, drawer.travel));
     }
 }
 

@@ -59,6 +59,10 @@ impl Plant for LabPlant {
         lock(&self.0).advance(seconds).map_err(broken)
     }
 
+    fn offers(&mut self, on: bool) {
+        lock(&self.0).offer(on);
+    }
+
     fn report(&mut self) -> Feedback {
         let told = lock(&self.0).feedback();
         Feedback {

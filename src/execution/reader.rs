@@ -46,6 +46,10 @@ impl Facts for BodyFacts<'_> {
         self.0.borrow_mut().past().worked.stirred(vessel)
     }
 
+    fn handed(&self, thing: &str) -> Option<bool> {
+        self.0.borrow_mut().past().worked.handed(thing)
+    }
+
     fn swept(&self, thing: &str) -> Option<f64> {
         let mut context = self.0.borrow_mut();
         let scene = context.cell().scene.clone();

@@ -95,6 +95,20 @@ pub enum Refusal {
     /// There is no such object in the scene.
     #[error("there is no `{0}`")]
     NoObject(String),
+    /// It is not in the hand.
+    #[error("`{0}` is not in the hand")]
+    NotHeld(String),
+    /// Nobody took what was held out.
+    #[error("nobody pulled at the `{object}` within {seconds:.0} s; it is still in the hand")]
+    NobodyPulled {
+        /// What was held out.
+        object: String,
+        /// How long, s.
+        seconds: f64,
+    },
+    /// It slides in nothing.
+    #[error("`{0}` is no drawer")]
+    NoDrawer(String),
     /// Nobody knows where an object is.
     #[error("the position of `{0}` has not been measured")]
     UnknownPlace(String),

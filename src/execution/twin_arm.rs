@@ -41,6 +41,10 @@ impl Plant for TwinPlant {
         lock(&self.0).run(seconds).map_err(broken)
     }
 
+    fn offers(&mut self, on: bool) {
+        lock(&self.0).offer(on);
+    }
+
     fn report(&mut self) -> Feedback {
         let twin = lock(&self.0);
         Feedback {

@@ -106,6 +106,19 @@ pub(super) fn moves_until(by: [f64; 3], force: f64) -> String {
     format!("move straight until {force:.1} N are felt, at most {:.1} cm", 100.0 * way)
 }
 
+/// What `arm.offer` does: an object, until so many N are felt, for so many s at most.
+pub(super) fn offers(object: &str, force: f64, seconds: f64) -> String {
+    format!(
+        "hold the {object} out until somebody pulls with {force:.0} N, for {seconds:.0} s at most"
+    )
+}
+
+/// What `arm.pull` does: by so many m, as long as less than so many N are felt.
+pub(super) fn pulls(by: [f64; 3], force: f64) -> String {
+    let way = by[0].hypot(by[1]).hypot(by[2]);
+    format!("pull straight by {:.1} cm, with at most {force:.0} N", 100.0 * way)
+}
+
 /// What `arm.push` does.
 pub(super) fn pushes(object: &str, way: f64) -> String {
     format!("push the {object} straight, {:.1} cm of way", 100.0 * way)
@@ -144,6 +157,11 @@ pub(super) fn to_grasp(object: &str) -> String {
     format!("to grasp `{object}`")
 }
 
+/// To take a drawer by its handle.
+pub(super) fn to_handle(drawer: &str) -> String {
+    format!("to take `{drawer}` by its handle and draw it")
+}
+
 /// To put an object somewhere.
 pub(super) fn to_put(object: &str, at: &Region) -> String {
     match at {
@@ -165,6 +183,11 @@ pub(super) fn to_push(object: &str, at: &Region) -> String {
 /// To stir a vessel's water.
 pub(super) fn to_stir(vessel: &str, tool: &str) -> String {
     format!("to stir `{vessel}` with `{tool}`")
+}
+
+/// To hand an object over.
+pub(super) fn to_hand_over(object: &str) -> String {
+    format!("to hold `{object}` out")
 }
 
 /// To wipe a thing's top.

@@ -201,6 +201,12 @@ fn bind_twin(engine: &mut Engine) {
             twin.context().enough(o, volume).map_err(raise)
         })
         .register_fn("squeeze", |twin: &mut Twin, o: &str| twin.context().squeeze(o).map_err(raise))
+        .register_fn("handings", |twin: &mut Twin, o: &str| {
+            let found = twin.plans()?.handings(o).map_err(raise)?;
+            Ok(found.into_iter().map(|q| Dynamic::from(array(q))).collect()) as Fallible<Array>
+        })
+        .register_fn("drawn", |twin: &mut Twin, o: &str| twin.context().drawn(o).map_err(raise))
+        .register_fn("travel", |twin: &mut Twin, o: &str| twin.context().travel(o).map_err(raise))
         .register_fn("drips", |twin: &mut Twin, o: &str| twin.context().drips(o).map_err(raise))
         .register_fn("volume", |twin: &mut Twin, o: &str| twin.context().volume(o).map_err(raise));
 }
@@ -246,6 +252,15 @@ fn bind_hand(engine: &mut Engine) {
             arm.context().bears(mass);
             Ok(()) as Fallible<()>
         })
+        .register_fn(
+            "offer",
+            |at: NativeCallContext<'_>, arm: &mut Arm, o: &str, force: f64, seconds: f64| {
+                let force = within("offer", "the force", force, FORCE)?;
+                let seconds = within("offer", "the time", seconds, WAIT)?;
+                let does = wording::offers(o, force, seconds);
+                arm.acts(&at, does)?.offer(o, force, seconds).map_err(raise)
+            },
+        )
         .register_fn("wait", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
             let seconds = within("wait", "the time", seconds, WAIT)?;
             arm.acts(&at, wording::waits(seconds))?.wait(seconds).map_err(raise)
@@ -321,6 +336,11 @@ fn bind_lines(engine: &mut Engine) {
                 arm.acts(&at, does)?.line_to(&to, speed).map_err(raise)
             },
         )
+        .register_fn("pull", |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, force: f64| {
+            let by = bounds::way("pull", &by).map_err(raise)?;
+            let force = within("pull", "the force", force, FORCE)?;
+            arm.acts(&at, wording::pulls(by, force))?.pull(by, force).map_err(raise)
+        })
         .register_fn(
             "move_until",
             |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, force: f64| {

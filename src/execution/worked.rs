@@ -17,7 +17,7 @@ use crate::world::{Object, Point, Pose, Shape, WorldState, frame};
 
 use super::body::Sight;
 use super::cell::Cell;
-use super::plan::{force_of, gravity_torque};
+use super::plan::{force_at, force_of, gravity_torque};
 
 /// How often it is looked at, s of arm time: at 5 cm/s a tool goes 1 mm meanwhile.
 const PERIOD: f64 = 0.02;
@@ -33,6 +33,10 @@ const FLAT: f64 = 0.002;
 /// It touches when the joints feel so much against it, N: ten times what is left of their noise in a mean over 20 ms in the
 /// laboratory, a third of what a touch ends with.
 const TOUCHES: f64 = 1.0;
+/// So much is a pull at what is held, N: most of what `arm.offer` asks for in the stdlib, which is 4 N; and so long ago it is one
+/// still, s.
+const PULLS: f64 = 3.0;
+const JUST: f64 = 1.0;
 /// Fingers less open than this work as one tool, m.
 const CLOSED: f64 = 0.005;
 /// The sides of the squares that a top is counted in, m: a fifth of a finger.
@@ -47,6 +51,10 @@ const READINGS: f64 = 5.0;
 pub(super) struct Worked {
     /// How far something went round in the water of each vessel, rad; `None` when nobody knows whether it was in it.
     stirred: BTreeMap<String, Option<f64>>,
+    /// Whether things that the fingers let go were being pulled at when they opened; `None` when nobody knows.
+    handed: BTreeMap<String, Option<bool>>,
+    /// When somebody was last felt to pull at what is held, s.
+    pulled: Option<f64>,
     /// Which squares of each thing's top were touched; `None` when nobody knows whether they were.
     swept: BTreeMap<String, Option<Vec<bool>>>,
 }
@@ -55,6 +63,22 @@ impl Worked {
     /// Returns how far something went round in the water of a vessel, rad; `None` when nobody knows.
     pub(super) fn stirred(&self, vessel: &str) -> Option<f64> {
         self.stirred.get(vessel).copied().unwrap_or(Some(0.0))
+    }
+
+    /// Returns whether somebody was pulling at a thing when the fingers let it go; `None` when nobody knows.
+    pub(super) fn handed(&self, thing: &str) -> Option<bool> {
+        self.handed.get(thing).copied().unwrap_or(Some(false))
+    }
+
+    /// Takes note that the fingers opened on a thing, from `begin` s on; `felt` says whether anybody could feel a pull.
+    pub(super) fn released(&mut self, thing: &str, begin: f64, felt: bool) {
+        let pulled = self.pulled.is_some_and(|at| begin - at < JUST);
+        self.handed.insert(thing.to_owned(), (pulled || felt).then_some(pulled));
+    }
+
+    /// Takes note that the fingers closed on a thing: it is in nobody else's hand.
+    pub(super) fn took(&mut self, thing: &str) {
+        self.handed.remove(thing);
     }
 
     /// Returns the share of a thing's top that a tool was led over, touching it; `None` when nobody knows.
@@ -109,6 +133,11 @@ impl Working {
         }
         self.next = feedback.time + PERIOD;
         let state = self.sight.state(feedback);
+        let force = self.excess.as_ref().filter(|_| state.held.is_some());
+        let force = force.and_then(|excess| force_at(&self.cell.robot, &feedback.q, excess));
+        if force.is_some_and(|force| force.norm() >= PULLS) {
+            self.worked.pulled = Some(feedback.time);
+        }
         self.stirs(&state);
         self.sweeps(&state, feedback);
     }

@@ -23,6 +23,8 @@ const SPEED: Dimension = Dimension { time: -1, ..LENGTH };
 const OPEN: f64 = 0.8;
 /// An object stands on the table when its lowest point is this close to it, m.
 const TOUCHES: f64 = 0.003;
+/// What is less than this above what bears it was put down, m.
+const HANGS: f64 = 0.03;
 /// A level hand takes things this high above the table, m: its box reaches 37.5 mm below the point between the fingers
 /// (`gen3_2f85.urdf`), and 17.5 mm are left to the table.
 const LEVEL_HAND: f64 = 0.055;
@@ -60,7 +62,7 @@ pub(super) fn call(
         "reachable" | "left_of" | "right_of" | "in_front_of" | "behind" => 1..=2,
         "height" | "drop" | "lip" | "center" | "rim" | "tilt" | "volume" | "filled"
         | "capacity" | "visible" | "tall" | "held" | "width" | "speed" | "next_to" | "start_of"
-        | "stirring" | "swept" => 1..=1,
+        | "stirring" | "swept" | "drawn" | "travel" | "handed" => 1..=1,
         _ => return Err(Error::UnknownFunction { name: name.to_owned() }),
     };
     if !wanted.contains(&call.args.len()) {
@@ -92,6 +94,14 @@ pub(super) fn call(
         "opening" => Ok(Value::Measure(Measure::exact(on.state.opening, LENGTH))),
         "next_to" | "left_of" | "right_of" | "in_front_of" | "behind" | "between" | "point"
         | "start_of" | "away_from" => region::relation(on, name, &args),
+        // Let go while somebody pulled, and not seen standing anywhere since.
+        "handed" => {
+            let a = standing(on, &args[0])?;
+            let stands = support(on, &a).is_some_and(|(drop, _)| drop.abs() < HANGS);
+            let handed = on.facts.handed(&a.object.name);
+            let handed = if stands { Some(false) } else { handed };
+            Ok(yes_no(expr, handed, &wording::work(&a.object.name)))
+        }
         "lip" | "center" => Ok(Value::Place(on_the_rim(name, &standing(on, &args[0])?))),
         "visible" | "held" | "tall" => Ok(said_of(on, expr, name, &standing(on, &args[0])?)),
         // Whether planning finds a way to it.
@@ -194,6 +204,19 @@ fn measured(on: &Evaluator<'_>, name: &str, a: &Standing<'_>) -> Result<Measure,
         "capacity" => Measure::exact(cavity("capacity")?.capacity, VOLUME),
         // The smallest width that a gripper would close on.
         "width" => Measure::exact(object.shape.width(), LENGTH),
+        // How far a drawer is drawn, by the places of tray and case, and how far it can be.
+        "drawn" => {
+            let drawer =
+                on.scene.drawer(&object.name).ok_or_else(|| not_a_drawer(object, "way"))?;
+            let case = known_object(on, &drawer.case)?;
+            let both = case.pose.zip(a.pose);
+            let drawn = both.and_then(|(case, tray)| drawer.drawn(on.scene, &case, &tray));
+            known(drawn, LENGTH, a.sigma, None, || unseen(&[&case, a]))
+        }
+        "travel" => {
+            let drawer = on.scene.drawer(&object.name);
+            Measure::exact(drawer.ok_or_else(|| not_a_drawer(object, "travel"))?.travel, LENGTH)
+        }
         // How far something held went round in its water.
         "stirring" => {
             let turned = on.facts.stirred(&object.name);
@@ -381,6 +404,10 @@ pub(super) fn unseen(things: &[&Standing<'_>]) -> String {
     let lost = things.iter().find(|thing| thing.pose.is_none()).or(things.first());
     let name = lost.map_or("it", |thing| thing.object.name.as_str());
     wording::place(name)
+}
+
+fn not_a_drawer(object: &Object, what: &str) -> Error {
+    Error::NotADrawer { object: object.name.clone(), what: what.to_owned() }
 }
 
 fn not_a_vessel(object: &Object, what: &str) -> Error {

@@ -86,6 +86,10 @@ pub trait Facts {
     fn stirred(&self, _vessel: &str) -> Option<f64> {
         None
     }
+    /// Whether somebody was pulling at a thing when the fingers let it go, the last time they did.
+    fn handed(&self, _thing: &str) -> Option<bool> {
+        None
+    }
     /// The share of a thing's top over which a tool was led, touching it, since the run began.
     fn swept(&self, _thing: &str) -> Option<f64> {
         None

@@ -63,6 +63,14 @@ pub enum Error {
         /// What was asked of it.
         what: String,
     },
+    /// A drawer was wanted.
+    #[error("`{object}` slides in nothing, so it has no {what}")]
+    NotADrawer {
+        /// The object.
+        object: String,
+        /// What was asked of it.
+        what: String,
+    },
     /// A fluent defined in terms of itself.
     #[error("`{name}` is defined in terms of itself")]
     Circular {

@@ -50,8 +50,13 @@ impl LabSettings {
         let (things, placement) = (&self.things, &self.placement);
         range("things.pad_friction", things.pad_friction, [0.0, 10.0])?;
         range("things.table_friction", things.table_friction, [0.0, 10.0])?;
+        range("things.drawer_n", things.drawer_n, [0.0, 1e4])?;
         range("things.mass", things.mass, [-0.9, 100.0])?;
         range("things.fill", things.fill, [-1.0, 10.0])?;
+        let people = &self.people;
+        range("people.delay_s", people.delay_s, [0.0, 600.0])?;
+        range("people.pull_n", people.pull_n, [0.0, 200.0])?;
+        within("people.comes", people.comes, [0.0, 1.0])?;
         range("placement.radius_m", placement.radius_m, [0.0, 10.0])?;
         size("placement.side_rad", placement.side_rad, PI)?;
         range("placement.apart_m", placement.apart_m, [0.0, 10.0])?;

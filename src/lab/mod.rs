@@ -30,7 +30,7 @@ pub use hidden::{HiddenEffect, draw, seal, unseal};
 pub use negative::Negative;
 pub use settings::{
     CameraError, Clutter, JointError, LabSettings, Latency, LensError, LightError, Mounting,
-    Placement, Range, Readings, Scale, Sensor, Spot, Start, Switches, Things,
+    People, Placement, Range, Readings, Scale, Sensor, Spot, Start, Switches, Things,
 };
 
 pub use error::{Error, Unsound};
@@ -178,7 +178,7 @@ impl Lab {
         let objects = scene.objects.iter().zip(&truth.places).zip(&truth.fill).map(
             |((object, &[x, y, yaw]), fill)| ObjectState {
                 name: object.name.clone(),
-                world_from_object: Some(Pose::upright(x, y, 0.0, yaw)),
+                world_from_object: Some(Pose::upright(x, y, truth::base_of(&scene, object), yaw)),
                 std: 0.0,
                 water: object.cavity.map(|cavity| (cavity.filled * fill).min(cavity.capacity)),
             },
@@ -201,12 +201,16 @@ impl Lab {
         physics.friction.pad_object = truth.pad_friction.unwrap_or(physics.friction.pad_object);
         physics.friction.table_object =
             truth.table_friction.unwrap_or(physics.friction.table_object);
+        physics.friction.drawer = truth.drawer.unwrap_or(physics.friction.drawer);
         physics.seed = own(seed);
         for law in &laws {
             law.change_settings(&mut physics);
         }
         let look = ArmLook::new(&arm);
-        let world = Twin::new(&arm, &scene, &state, physics)?;
+        let mut world = Twin::new(&arm, &scene, &state, physics)?;
+        let (delay, pull, comes) = truth.person;
+        let base = scene.world_from_base.origin();
+        world.meets(twin::Person::new(scene.handing(), base, delay, pull, comes));
         let opening = world.opening();
         let jaws = Jaws { goal: opening, closing: false, before: (opening, 0), moving: false };
         Ok(Self {
@@ -277,6 +281,11 @@ impl Lab {
         self.finite("grip", &[opening, speed, force])?;
         self.send(Order::Grip { opening, speed, force });
         Ok(())
+    }
+
+    /// Tells the person before the arm that what it holds may be taken, or not any more. Whether anybody comes is hidden.
+    pub fn offer(&mut self, on: bool) {
+        self.world.offer(on);
     }
 
     /// Holds the arm where it is and forgets every order on its way. The arm's own controller does this,
@@ -457,12 +466,14 @@ mod tests {
                 colour: [220; 3],
                 mass: 0.16,
             }],
+            drawers: Vec::new(),
             camera_name: "overhead".into(),
             camera: Camera::looking(
                 Intrinsics::centred(900.0, 1280, 720),
                 Vector3::new(1.25, 0.0, 0.85),
                 Vector3::new(0.6, 0.0, 0.05),
             ),
+            person: None,
             calibration: None,
             robot: "gen3_2f85".into(),
             world_from_base: Pose::identity(),

@@ -57,6 +57,8 @@ pub struct LabSettings {
     pub readings: Readings,
     /// Objects: friction, mass, water.
     pub things: Things,
+    /// Who takes what is held out.
+    pub people: People,
     /// Where objects are put.
     pub placement: Placement,
     /// Things that stand on the table and in no scene.
@@ -271,8 +273,22 @@ section! {
         table_friction: Range = [0.30, 0.50],
         /// Mass of an object over the scene's, minus 1.
         mass: Range = [-0.06, 0.06],
+        /// What resists a drawer, N.
+        drawer_n: Range = [1.0, 8.0],
         /// Water in a vessel over the scene's, minus 1.
         fill: Range = [-0.03, 0.03],
+    }
+}
+
+section! {
+    /// Who stands before the arm and takes what it holds out.
+    People {
+        /// From the offer to the pull, s.
+        delay_s: Range = [1.0, 8.0],
+        /// How hard somebody pulls, N.
+        pull_n: Range = [8.0, 20.0],
+        /// How often somebody comes at all, as a share.
+        comes: f64 = 0.8,
     }
 }
 

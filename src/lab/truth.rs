@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use super::settings::{LabSettings, Range, Sensor, Switches};
 use super::{Error, Unsound};
 use crate::twin::render::Light;
-use crate::world::{Camera, Pose, Scene, object::Object};
+use crate::world::{Camera, Pose, Scene, Shape, drawer, object::Object};
 
 /// Everything the laboratory is that nobody outside knows.
 pub(super) struct Truth {
@@ -32,6 +32,10 @@ pub(super) struct Truth {
     pub(super) tau_bias: Vec<f64>,
     pub(super) pad_friction: Option<f64>,
     pub(super) table_friction: Option<f64>,
+    /// What resists drawers, N.
+    pub(super) drawer: Option<f64>,
+    /// Who takes what is held out: after how many s, with how many N, and whether anybody comes.
+    pub(super) person: (f64, f64, bool),
     /// Factor on each object's mass and on each vessel's water.
     pub(super) mass: Vec<f64>,
     pub(super) fill: Vec<f64>,
@@ -75,6 +79,7 @@ enum Topic {
     Readings,
     Things,
     Places,
+    People,
 }
 
 /// Chance for one topic.
@@ -145,6 +150,12 @@ impl Truth {
         let table = chance.even(settings.things.table_friction);
         let mass = scene.objects.iter().map(|_| 1.0 + chance.even(settings.things.mass)).collect();
         let fill = scene.objects.iter().map(|_| 1.0 + chance.even(settings.things.fill)).collect();
+        let drawer = chance.even(settings.things.drawer_n);
+
+        let mut chance = Chance::new(seed, Topic::People);
+        let people = &settings.people;
+        let (delay, pull) = (chance.even(people.delay_s), chance.even(people.pull_n));
+        let comes = chance.even([0.0, 1.0]) < people.comes;
 
         let keep = |on: bool, values: Vec<f64>, nominal: f64| {
             if on { values } else { vec![nominal; values.len()] }
@@ -164,6 +175,8 @@ impl Truth {
             tau_bias: keep(on.readings, tau_bias, 0.0),
             pad_friction: on.surfaces.then_some(pad),
             table_friction: on.surfaces.then_some(table),
+            drawer: on.surfaces.then_some(drawer),
+            person: (delay, pull, comes),
             mass: keep(on.surfaces, mass, 1.0),
             fill: keep(on.fill, fill, 1.0),
             places: places(scene, settings, seed)?,
@@ -264,21 +277,86 @@ fn places(scene: &Scene, settings: &LabSettings, seed: u64) -> Result<Vec<[f64; 
                 places.push([spot.x_m, spot.y_m, spot.yaw_rad]);
                 continue;
             }
+            if scene.drawer(&object.name).is_some() {
+                // It goes where its case goes.
+                places.push([f64::NAN; 3]);
+                continue;
+            }
+            // The ring is for what a hand takes: of a case the handle, half drawn.
+            let case = scene.drawers.iter().find(|drawer| drawer.case == object.name);
+            let behind = case.map_or(0.0, |drawer| match object.shape {
+                Shape::Cuboid { size } => 0.5 * (size.x + drawer.travel),
+                _ => 0.0,
+            });
+            let radius = radius + behind;
             let (x, y) =
                 (base.origin().x + radius * angle.cos(), base.origin().y + radius * angle.sin());
+            // A drawer is put where somebody who stands at the base would open it.
+            let yaw = if scene.is_fixed(&object.name) {
+                angle + std::f64::consts::PI + FACING * yaw
+            } else {
+                yaw
+            };
             let clear = scene.objects[..k].iter().zip(&places).all(|(other, &[ox, oy, _])| {
                 let apart = (x - ox).hypot(y - oy);
                 let touching = object.shape.outer_radius() + other.shape.outer_radius();
-                apart >= wish.apart_m[0].max(touching + 0.01) && apart <= wish.apart_m[1]
+                ox.is_nan()
+                    || (apart >= wish.apart_m[0].max(touching + 0.01) && apart <= wish.apart_m[1])
             });
             if !clear || !stands(scene, object, x, y, wish.edge_m, wish.mark_m) {
                 continue 'again;
             }
             places.push([x, y, yaw]);
         }
+        if !rooms(scene, &places) {
+            continue 'again;
+        }
+        trays(scene, &mut places);
         return Ok(places);
     }
     Err(Error::NoPlace { tries: TRIES * (LOOSER + 1) })
+}
+
+/// A case looks at the base but for this share of a turn drawn anyhow: 18 deg either way.
+const FACING: f64 = 0.1;
+/// Room before an open drawer for the hand that draws it, m. Chosen: a palm is 0.1 m behind the pads.
+const BEFORE: f64 = 0.1;
+
+/// Whether nothing stands where a drawer is to open, and nothing of it beyond the table.
+fn rooms(scene: &Scene, places: &[[f64; 3]]) -> bool {
+    let at = |name: &str| scene.objects.iter().position(|object| object.name == name);
+    scene.drawers.iter().all(|drawer| {
+        let Some(k) = at(&drawer.case) else { return true };
+        let Shape::Cuboid { size } = scene.objects[k].shape else { return true };
+        let [x, y, yaw] = places[k];
+        let ahead = 0.5 * size.x + drawer.travel + drawer::REACH + BEFORE;
+        scene.objects.iter().zip(places).enumerate().all(|(other, (object, &[ox, oy, _]))| {
+            let (dx, dy) = (ox - x, oy - y);
+            let (along, aside) = (dx * yaw.cos() + dy * yaw.sin(), dy * yaw.cos() - dx * yaw.sin());
+            let radius = object.shape.outer_radius() + 0.01;
+            let free =
+                along < -radius || along > ahead + radius || aside.abs() > 0.5 * size.y + radius;
+            other == k || ox.is_nan() || free
+        })
+    })
+}
+
+/// Puts closed trays into their cases.
+fn trays(scene: &Scene, places: &mut [[f64; 3]]) {
+    let at = |name: &str| scene.objects.iter().position(|object| object.name == name);
+    for drawer in &scene.drawers {
+        let (Some(case), Some(tray)) = (at(&drawer.case), at(&drawer.tray)) else { continue };
+        let [x, y, yaw] = places[case];
+        if let Some(pose) = drawer.tray_at(scene, &Pose::upright(x, y, 0.0, yaw), 0.0) {
+            places[tray] = [pose.origin().x, pose.origin().y, yaw];
+        }
+    }
+}
+
+/// Returns how high above the table the base of a thing is, m: of what slides in a case not 0.
+pub(super) fn base_of(scene: &Scene, object: &Object) -> f64 {
+    let closed = scene.drawer(&object.name).and_then(|drawer| drawer.case_from_tray(scene, 0.0));
+    closed.map_or(0.0, |closed| closed.translation.z)
 }
 
 fn stands(scene: &Scene, object: &Object, x: f64, y: f64, edge: f64, mark: f64) -> bool {

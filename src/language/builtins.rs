@@ -165,6 +165,14 @@ pub const FUNCTIONS: &[Builtin] = &[
         "Number",
         "The share of the top of `o` over which closed fingers, or what they hold, were led touching it since the run began.",
     ),
+    of(
+        "handed",
+        ONE,
+        "Bool",
+        "Somebody pulled at `o` when the fingers let it go, and it was not seen standing since.",
+    ),
+    of("drawn", ONE, "Length", "How far the drawer `o` is drawn out of its case."),
+    of("travel", ONE, "Length", "How far the drawer `o` can be drawn."),
     of("spilt", &[], "Volume", "Water on the table."),
 ];
 

@@ -74,7 +74,7 @@ pub const WORDS: &[ScriptWord] = &[
         CAMERA,
         "photographs the table and takes what it sees for what is there",
     ),
-    twin("grasps", "o, face, pitch", "ways to take `o`, best first"),
+    twin("grasps", "o, face, pitch", "ways to take `o`, best first; of a drawer, its handle"),
     part("grasp", "before", "joint positions before the thing"),
     part("grasp", "way_in", "the path from there to between the fingers"),
     part("grasp", "way_out", "the same path back"),
@@ -156,6 +156,13 @@ pub const WORDS: &[ScriptWord] = &[
         "o",
         "whether water clings to the lip of `o`; on the arm, what the rehearsal said at this point",
     ),
+    twin(
+        "handings",
+        "o",
+        "joint positions that hold `o`, which is in the hand, out where the scene has the person, nearest first",
+    ),
+    twin("drawn", "o", "how far the drawer `o` is drawn, m"),
+    twin("travel", "o", "how far the drawer `o` can be drawn, m"),
     twin("squeeze", "o", "the force in N with which `o` is held, with what is in it"),
     of(
         "",
@@ -223,6 +230,13 @@ pub const WORDS: &[ScriptWord] = &[
         "a straight line by `[x, y, z]` m, slowly, until the joints feel `force` N against it; returns how far it went, m, \
          and fails when nothing is felt. Fingers and what they hold may touch",
     ),
+    arm(
+        "pull",
+        "by, force",
+        JOINTS,
+        "a straight line by `[x, y, z]` m at 3 cm/s that ends where the joints feel `force` N against it, or with its way; \
+         returns how far it went, m. Fingers and what they hold may touch",
+    ),
     arm("push", "leg", JOINTS, "forward to the thing and with it, at 5 cm/s"),
     arm(
         "rise",
@@ -262,6 +276,13 @@ pub const WORDS: &[ScriptWord] = &[
     ),
     arm("bears", "mass", NOTHING, "so much is in the hand, and was in it all along"),
     arm("weigh", "", JOINTS, "`arm.weighed(arm.heft(0.5))`"),
+    arm(
+        "offer",
+        "o, force, seconds",
+        JOINTS,
+        "holds `o` out still until somebody pulls at it with `force` N for 0.2 s; returns after how many s, and fails when \
+         nobody does within `seconds`. The fingers stay closed",
+    ),
     arm("wait", "seconds", JOINTS, "holds still"),
     arm("opening", "", NOTHING, "between the pads, m, as measured"),
     arm("joints", "", NOTHING, "joint positions, rad, as measured"),

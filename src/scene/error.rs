@@ -11,7 +11,8 @@ use crate::world::mug;
 use crate::world::profile::Fault;
 
 /// Properties a thing may have.
-const PROPERTIES: &[&str] = &["wall", "holds", "filled", "mass", "unit", "looks", "colour"];
+const PROPERTIES: &[&str] =
+    &["wall", "holds", "filled", "mass", "unit", "looks", "colour", "case", "travel", "handle"];
 
 /// Shapes a thing may have.
 const SHAPES: [&str; 8] = ["box", "cuboid", "cylinder", "cone", "ball", "lathe", "mug", "mesh"];
@@ -39,6 +40,10 @@ pub(super) enum Mistake<'a> {
     BlindCamera { camera: &'a str },
     #[error("a scene has one robot")]
     TwoRobots,
+    #[error("a scene has one place for a person")]
+    TwoPeople,
+    #[error("a person takes things above the table")]
+    PersonBelow,
     #[error("the scene `{scene}` has no robot")]
     NoRobot { scene: &'a str },
     #[error("a table is a box")]
@@ -85,6 +90,19 @@ pub(super) enum Mistake<'a> {
     MeshHolds { thing: &'a str },
     #[error("`{thing}` is no mesh: its sizes have units of their own")]
     UnitOfNone { thing: &'a str },
+    #[error("`{thing}` is a drawer, and nothing says what it slides in and how far")]
+    NoCase { thing: &'a str },
+    #[error("there is no thing `{case}` to slide in")]
+    UnknownCase { case: &'a str },
+    #[error("a drawer and its case are boxes")]
+    DrawerNoBox,
+    #[error("`{thing}` does not go into `{case}`")]
+    TightCase { thing: &'a str, case: &'a str },
+    #[error("drawn by {}, `{thing}` would fall out: it is {} deep",
+        Quantity::metres(*travel), Quantity::metres(*depth))]
+    LongTravel { thing: &'a str, travel: f64, depth: f64 },
+    #[error("a handle of {} leaves no room for fingers", Quantity::metres(*bar))]
+    ShortHandle { bar: f64 },
     #[error("this is not a colour")]
     NoColour,
     #[error("a thing has no `{name}`")]
@@ -121,13 +139,14 @@ impl Mistake<'_> {
     /// Its code, and what stands under the place in the text.
     pub(super) fn code_and_label(&self) -> (&'static str, &'static str) {
         match self {
-            Self::TwoThings { .. } | Self::TwoCameras | Self::TwoRobots => {
+            Self::TwoThings { .. } | Self::TwoCameras | Self::TwoRobots | Self::TwoPeople => {
                 ("task::duplicate", "the second one")
             }
             Self::NoTable { .. } => ("task::missing", "things need something to stand on"),
             Self::NoCamera { .. } => ("task::missing", "nothing could be seen"),
             Self::NoRobot { .. } => ("task::missing", "nothing could be moved"),
             Self::MarkOutside { .. } => ("task::outside", "outside"),
+            Self::PersonBelow => ("task::outside", "at the height of the table, or below"),
             Self::BlindCamera { .. } => {
                 ("task::outside", "at the height of the table, or where it looks")
             }
@@ -153,6 +172,12 @@ impl Mistake<'_> {
             Self::NoProfile(_) => ("task::size", "not a profile"),
             Self::NoMug(_) => ("task::size", "not a mug"),
             Self::Neck { .. } => ("task::size", "narrower above than a straight side would be"),
+            Self::NoCase { .. } => ("task::missing", "a drawer slides in a case"),
+            Self::UnknownCase { .. } => ("task::unknown_name", "not a thing of this scene"),
+            Self::DrawerNoBox => ("task::type", "not a box in a box"),
+            Self::TightCase { .. } => ("task::size", "too large for it"),
+            Self::LongTravel { .. } => ("task::size", "drawn too far"),
+            Self::ShortHandle { .. } => ("task::size", "too short"),
             Self::NoColour => ("task::colour", "expected red, green and blue"),
             Self::MeshNoFile => ("task::argument", "expected a file in quotes"),
             Self::NoMesh { .. } => ("scene::mesh", "named here"),
@@ -181,7 +206,8 @@ impl Mistake<'_> {
             Self::BlindCamera { .. } => {
                 "the table top is at z = 0; the camera stands above it and looks at it"
             }
-            Self::TwoRobots => "remove one of them",
+            Self::TwoRobots | Self::TwoPeople => "remove one of them",
+            Self::PersonBelow => "write `person at (0.6 m, 0 m, 0.25 m)`",
             Self::NoRobot { .. } => "add `robot gen3_2f85 at (0 m, 0 m, 0 m)`",
             Self::TableNoBox => "write `box(120 cm, 80 cm, 2 cm)`: along x, along y, thickness",
             Self::TableCentre => "write `at (0.5 m, 0 m)`",
@@ -213,6 +239,14 @@ impl Mistake<'_> {
                  `cone`, `lathe` or `mug`"
             }
             Self::UnitOfNone { .. } => "remove `unit`; it says what one number in a mesh's file is",
+            Self::NoCase { .. } => "add `case \"chest\"  travel 12 cm`, with another thing's name",
+            Self::UnknownCase { .. } => "declare the case as a thing of its own, before or after",
+            Self::DrawerNoBox => "write `cuboid(…)` for both; the front of the case is its +x side",
+            Self::TightCase { .. } => {
+                "leave 3 mm on each side and above and below, and make it no deeper than the case"
+            }
+            Self::LongTravel { .. } => "let some centimetres stay in the case",
+            Self::ShortHandle { .. } => "pads are 22 mm high; write `handle 50 mm`",
             Self::NoColour => "write it as `\"#2050c0\"`, or name it in `looks`",
             other => return other.help_with_names(),
         };

@@ -5,12 +5,15 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::error::{Mistake, Side};
+use super::thing::DRAWER;
 use crate::files;
 use crate::language::ast::{Literal, SceneItem, SceneLens, SceneThing, Span};
 use crate::language::{Diagnostic, Source};
 use crate::units::{Dimension, Quantity};
 use crate::world::frame::{Base, World};
-use crate::world::{Camera, Intrinsics, Mark, Object, Pose, Scene, Shape, Table, camera_file};
+use crate::world::{
+    Camera, Drawer, Intrinsics, Mark, Object, Pose, Scene, Shape, Table, camera_file, drawer,
+};
 
 /// Reads one scene and collects what is wrong in it.
 pub(super) struct Reader<'a> {
@@ -49,6 +52,7 @@ impl Reader<'_> {
             }
             objects.extend(self.object(thing));
         }
+        let drawers = self.drawers(item, &objects);
         let declared = item.things.iter().any(|thing| thing.name.text == "table");
         if !declared {
             self.tell(item.name.span, &Mistake::NoTable { scene: &item.name.text });
@@ -69,6 +73,7 @@ impl Reader<'_> {
         }
         let camera = self.camera(item);
         let robot = self.robot(item);
+        let person = self.person(item);
         let SeenThrough { name: camera_name, camera, calibration } = camera?;
         let (robot, world_from_base) = robot?;
         Some(Scene {
@@ -76,12 +81,52 @@ impl Reader<'_> {
             table: table?,
             marks,
             objects,
+            drawers,
             camera_name,
             camera,
             calibration,
             robot,
             world_from_base,
+            person,
         })
+    }
+
+    /// Returns the things that slide in others.
+    fn drawers(&mut self, item: &SceneItem, objects: &[Object]) -> Vec<Drawer> {
+        let sliding = item.things.iter().filter(|thing| slides(thing));
+        sliding.filter_map(|thing| self.drawer(thing, objects)).collect()
+    }
+
+    fn drawer(&mut self, thing: &SceneThing, objects: &[Object]) -> Option<Drawer> {
+        let name = thing.name.text.as_str();
+        let given = self.rail(thing);
+        let tray = objects.iter().find(|object| object.name == name)?;
+        let (Some(case), Some(travel)) = (given.case, given.travel) else {
+            self.tell(thing.span, &Mistake::NoCase { thing: name });
+            return None;
+        };
+        let Some(around) = objects.iter().find(|object| object.name == case && case != name) else {
+            self.tell(thing.span, &Mistake::UnknownCase { case: &case });
+            return None;
+        };
+        let (Shape::Cuboid { size: inner }, Shape::Cuboid { size: outer }) =
+            (&tray.shape, &around.shape)
+        else {
+            self.tell(thing.span, &Mistake::DrawerNoBox);
+            return None;
+        };
+        let room = outer - inner;
+        if room.x < 0.0 || room.y < 2.0 * drawer::ROOM || room.z < 2.0 * drawer::ROOM {
+            self.tell(thing.span, &Mistake::TightCase { thing: name, case: &case });
+        }
+        if travel >= inner.x {
+            self.tell(thing.span, &Mistake::LongTravel { thing: name, travel, depth: inner.x });
+        }
+        let bar = given.handle.unwrap_or(drawer::USUAL_BAR);
+        if bar < drawer::LEAST_BAR {
+            self.tell(thing.span, &Mistake::ShortHandle { bar });
+        }
+        Some(Drawer { tray: name.to_owned(), case, travel, bar })
     }
 
     pub(super) fn camera(&mut self, item: &SceneItem) -> Option<SeenThrough> {
@@ -149,6 +194,19 @@ impl Reader<'_> {
         Some((robot.name.text.clone(), Pose::upright(at.x, at.y, at.z, 0.0)))
     }
 
+    /// Where a person takes what the arm holds out.
+    fn person(&mut self, item: &SceneItem) -> Option<Vector3<f64>> {
+        if let Some((_, second)) = item.people.get(1) {
+            self.tell(*second, &Mistake::TwoPeople);
+        }
+        let (at, span) = item.people.first()?;
+        let at = self.point(at)?;
+        if at.z <= 0.0 {
+            self.tell(*span, &Mistake::PersonBelow);
+        }
+        Some(at)
+    }
+
     pub(super) fn table(&mut self, thing: &SceneThing) -> Option<Table> {
         let Some(Shape::Cuboid { size }) = self.shape(thing, 10.0) else {
             if self.diagnostics.is_empty() {
@@ -206,6 +264,12 @@ impl Reader<'_> {
         let [x, y, z] = at.map(|literal| self.coordinate(literal));
         Some(Vector3::new(x?.value, y?.value, z?.value))
     }
+}
+
+/// Whether a thing says that it slides in another.
+fn slides(thing: &SceneThing) -> bool {
+    let says = |name: &str| thing.properties.iter().any(|property| property.name.text == name);
+    thing.ty.text == DRAWER || says("case") || says("travel")
 }
 
 /// A coordinate with its place in the text.

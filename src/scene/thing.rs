@@ -25,6 +25,9 @@ pub(super) const COLOURS: &[(&str, [u8; 3])] = &[
     ("grey", [128, 128, 128]),
 ];
 
+/// The type of what slides in a case.
+pub(super) const DRAWER: &str = "Drawer";
+
 /// Density of an empty vessel's walls, kg/m³: between polystyrene and acrylic (data sheets: 1050, 1190).
 const WALL_DENSITY: f64 = 1100.0;
 
@@ -54,7 +57,7 @@ impl Reader<'_> {
         } else {
             [150, 150, 150]
         });
-        let vessel = thing.ty.text == "Container"
+        let vessel = matches!(thing.ty.text.as_str(), "Container" | DRAWER)
             || matches!(shape, Shape::Mug { .. })
             || given.wall.is_some()
             || given.holds.is_some()
@@ -225,6 +228,8 @@ impl Reader<'_> {
                 "unit" => given.unit = self.amount(property, Dimension::LENGTH, "`1 mm`"),
                 "mass" => given.mass = self.amount(property, Dimension::MASS, "`160 g`"),
                 "looks" => given.looks = self.text(property),
+                // Read with what it slides in.
+                "case" | "travel" | "handle" => {}
                 "colour" | "color" => {
                     let text = self.text(property);
                     given.colour = text.as_deref().and_then(rgb);
@@ -236,6 +241,20 @@ impl Reader<'_> {
             }
         }
         given
+    }
+
+    /// What a thing says of what it slides in.
+    pub(super) fn rail(&mut self, thing: &SceneThing) -> Rail {
+        let mut rail = Rail::default();
+        for property in &thing.properties {
+            match property.name.text.as_str() {
+                "case" => rail.case = self.text(property),
+                "travel" => rail.travel = self.amount(property, Dimension::LENGTH, "`12 cm`"),
+                "handle" => rail.handle = self.amount(property, Dimension::LENGTH, "`50 mm`"),
+                _ => {}
+            }
+        }
+        rail
     }
 
     /// A property's one quantity, above 0 and of a dimension; `filled 0 mL` may be 0.
@@ -279,6 +298,14 @@ impl Reader<'_> {
         self.tell(property.span, &Mistake::NoText { name: &property.name.text });
         None
     }
+}
+
+/// What a thing says of what it slides in, SI.
+#[derive(Default)]
+pub(super) struct Rail {
+    pub(super) case: Option<String>,
+    pub(super) travel: Option<f64>,
+    pub(super) handle: Option<f64>,
 }
 
 /// What a thing says of itself, SI.

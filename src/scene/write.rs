@@ -32,7 +32,7 @@ pub fn to_text(scene: &Scene, doc: &str, comments: &[(String, String)]) -> Strin
     for object in &scene.objects {
         let comment = comments.iter().find(|(name, _)| *name == object.name);
         let comment = comment.map(|(_, said)| format!("  // {said}")).unwrap_or_default();
-        line(thing(object) + comment.as_str());
+        line(thing(scene, object) + comment.as_str());
     }
     // Dots of one size stand together.
     let mut marks = scene.marks.as_slice();
@@ -64,6 +64,9 @@ pub fn to_text(scene: &Scene, doc: &str, comments: &[(String, String)]) -> Strin
         place(&looking)
     ));
     line(format!("robot {} at {}", scene.robot, place(&scene.world_from_base.origin())));
+    if let Some(at) = &scene.person {
+        let _ = writeln!(text, "    person at {}", place(at));
+    }
     text.push_str("}\n");
     text
 }
@@ -103,7 +106,7 @@ fn hue([r, g, b]: [u8; 3]) -> (nalgebra::Vector2<f64>, f64) {
     (hue.try_normalize(1e-9).unwrap_or_default(), strength)
 }
 
-fn thing(object: &Object) -> String {
+fn thing(scene: &Scene, object: &Object) -> String {
     let shape = match &object.shape {
         Shape::Cuboid { size } => {
             format!("cuboid({}, {}, {})", mm(size.x), mm(size.y), mm(size.z))
@@ -132,6 +135,10 @@ fn thing(object: &Object) -> String {
     }
     if let Shape::Mesh { mesh } = &object.shape {
         let _ = write!(words, " unit {}", Quantity::metres(mesh.unit()));
+    }
+    if let Some(drawer) = scene.drawer(&object.name) {
+        let (travel, bar) = (mm(drawer.travel), mm(drawer.bar));
+        let _ = write!(words, " case \"{}\" travel {travel} handle {bar}", drawer.case);
     }
     let _ = write!(words, " mass {:.0} g", object.mass * 1e3);
     if !object.looks.is_empty() {
@@ -176,10 +183,12 @@ mod tests {
             include_str!("../../tests/tables/two_cups.task"),
             include_str!("../../tests/tables/turned.task"),
             include_str!("../../tests/tables/tumbler.task"),
+            include_str!("../../tests/tables/drawer.task"),
         ] {
             let scene = read(text);
             let again = read(&to_text(&scene, "Again.", &[]));
             assert_eq!((&again.name, &again.robot), (&scene.name, &scene.robot));
+            assert_eq!((again.drawers, again.person), (scene.drawers, scene.person));
             assert_eq!((again.marks, again.table), (scene.marks, scene.table));
             for (again, object) in again.objects.iter().zip(&scene.objects) {
                 assert!((again.mass - object.mass).abs() < 1e-3 && again.shape == object.shape);

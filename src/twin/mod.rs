@@ -28,8 +28,10 @@
 //!     table: Table { size: Vector3::new(1.2, 0.8, 0.02), centre: [0.5, 0.0], colour: [0; 3] },
 //!     marks: Vec::new(),
 //!     objects: vec![block],
+//!     drawers: Vec::new(),
 //!     camera_name: "overhead".into(),
 //!     camera: Camera::looking(Intrinsics::centred(900.0, 1280, 720), eye, Vector3::zeros()),
+//!     person: None,
 //!     calibration: None,
 //!     robot: "gen3_2f85".into(),
 //!     world_from_base: Pose::identity(),
@@ -63,6 +65,7 @@ pub mod effect;
 mod error;
 pub mod basin;
 pub mod hold;
+mod person;
 pub mod render;
 mod settings;
 
@@ -73,6 +76,7 @@ use nalgebra::{Isometry3, Vector3};
 pub use effect::Effect;
 pub use error::{Error, Hindrance, Unfit};
 pub use fluid::{Dribble, Fluid, FluidSettings, Rim};
+pub use person::Person;
 pub use settings::{ArmSettings, FrictionSettings, GripperSettings, Settings};
 
 use crate::motion::Robot;
@@ -116,6 +120,9 @@ pub struct Twin {
     motion: (Vec<f64>, Vec<f64>),
     /// Speeds after the steps before it, the latest first, rad/s.
     earlier: [Vec<f64>; 4],
+    /// Who may take what is held out, and what somebody pulls with now, N at a place in the world, m.
+    person: Option<Person>,
+    pulled: Option<(Vector3<f64>, Vector3<f64>)>,
 }
 
 /// A twin at one instant, to return to.
@@ -198,6 +205,8 @@ impl Twin {
             grip: Grip { aim: goal, goal, speed: 0.0, force: settings.gripper.force },
             motion: (vec![0.0; n], vec![0.0; n]),
             earlier: std::array::from_fn(|_| vec![0.0; n]),
+            person: None,
+            pulled: None,
             settings,
         };
         twin.feel_water();
@@ -267,6 +276,7 @@ impl Twin {
         let jaw_speed = if stride.is_finite() { move_by / dt } else { 0.0 };
         self.physics.aim_jaws(self.grip.aim, jaw_speed, self.grip.force, &self.settings);
 
+        self.meet_person();
         self.physics.step(self.settings.friction.pad_creep);
         self.steps += 1;
         let speeds = self.physics.dq();
@@ -294,6 +304,38 @@ impl Twin {
     pub fn run(&mut self, seconds: f64) -> Result<(), Error> {
         let steps = (seconds / self.settings.dt).round().max(0.0) as u64;
         (0..steps).try_for_each(|_| self.step())
+    }
+
+    /// Has somebody stand before the arm who may take what is offered.
+    pub fn meets(&mut self, person: Person) {
+        self.person = Some(person);
+    }
+
+    /// Tells whoever stands before the arm that what is held out may be taken, or not any more.
+    pub fn offer(&mut self, on: bool) {
+        if let Some(person) = &mut self.person {
+            person.hears(on);
+        }
+    }
+
+    /// Lets whoever stands before the arm pull at what is offered, or go away with it.
+    fn meet_person(&mut self) {
+        self.pulled = None;
+        let Some(mut person) = self.person.take_if(|person| person.is_asked()) else { return };
+        let tool = self.robot.tool().unwrap_or(self.robot.tip());
+        let tool = self.physics.link_pose(tool).translation.vector;
+        let speed = self.motion.0.iter().fold(0.0_f64, |most, dq| most.max(dq.abs()));
+        match person.step(self.time(), tool, speed, self.held_index()) {
+            person::Does::Waits => {}
+            person::Does::Pulls(object, force) => {
+                let at = self.physics.push(object, force, self.settings.dt);
+                // What pulls at the held thing pulls at the hand.
+                self.pulled =
+                    at.filter(|_| self.held_index() == Some(object)).map(|at| (at, force));
+            }
+            person::Does::Takes(object, to) => self.physics.take(object, to),
+        }
+        self.person = Some(person);
     }
 
     /// NaN is caught where a step ends.
@@ -375,7 +417,8 @@ impl Twin {
     }
 
     fn with_pushes(&self, mut tau: Vec<f64>) -> Vec<f64> {
-        let pushes = self.physics.pushes(self.held_index(), self.settings.dt);
+        let mut pushes = self.physics.pushes(self.payload(), self.settings.dt);
+        pushes.extend(self.pulled);
         if pushes.is_empty() {
             return tau;
         }
@@ -398,12 +441,18 @@ impl Twin {
         tau
     }
 
+    /// What the hand carries: of what it holds, not the tray of a drawer, which its case carries.
+    fn payload(&self) -> Option<usize> {
+        self.held_index()
+            .filter(|&held| self.scene.drawer(&self.scene.objects[held].name).is_none())
+    }
+
     fn torques_at(&self, ddq: &[f64]) -> Vec<f64> {
         let gravity = self.scene.world_from_base.rotation().inverse() * self.settings.gravity;
         let mut arm = Dynamics::new(&self.robot, Bodies::All)
             .with_gravity(gravity)
             .with_opening(self.opening());
-        if let Some(object) = self.held_index()
+        if let Some(object) = self.payload()
             && let Some(inertial) = self.physics.object_inertia(object)
             && let Some(pose) = self.physics.object_pose(object)
         {

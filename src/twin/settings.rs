@@ -54,6 +54,8 @@ pub struct FrictionSettings {
     pub object_object: f64,
     /// How fast a held object creeps along the pads the way its weight pulls, m/s.
     pub pad_creep: f64,
+    /// What resists a drawer, N, however fast it is drawn.
+    pub drawer: f64,
 }
 
 /// Every number of the physics.
@@ -111,6 +113,8 @@ impl Settings {
                 table_object: 0.4,
                 object_object: 0.4,
                 pad_creep: 0.0,
+                // Chosen: a small wooden drawer with something in it, the middle of what the laboratory draws.
+                drawer: 4.0,
             },
             fluid: FluidSettings::default(),
             rims: BTreeMap::new(),

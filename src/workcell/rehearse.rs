@@ -24,8 +24,8 @@ use crate::language::Library;
 use crate::motion::budget;
 use crate::trace::{Outcome, StepFailure};
 use crate::twin::render::{ArmLook, View};
-use crate::twin::{Settings, Twin};
-use crate::world::WorldState;
+use crate::twin::{Person, Settings, Twin};
+use crate::world::{Scene, WorldState};
 
 use super::filming::{Glances, Glimpse, Shown};
 use super::stdlib::Stdlib;
@@ -144,6 +144,14 @@ pub struct Rehearsals<'a> {
     pub is_filmed: bool,
 }
 
+/// Somebody who takes what is held out as soon as it is: what a rehearsal plans for. That nobody comes is not rehearsed.
+fn expected(scene: &Scene) -> Person {
+    /// From the offer to the pull, s, and how hard, N: the middle of what the laboratory draws is as good as another.
+    const USUAL: (f64, f64) = (1.0, 12.0);
+    let base = scene.world_from_base.origin();
+    Person::new(scene.handing(), base, USUAL.0, USUAL.1, true)
+}
+
 impl Rehearsals<'_> {
     /// Rehearses candidates until one is clean and returns those that were tried, best first; `done` is told after
     /// each.
@@ -183,6 +191,7 @@ impl Rehearsals<'_> {
         let failed = |error| ActionError::from(Refusal::NoTwin(error));
         let mut twin =
             Twin::new(&self.cell.robot, &self.cell.scene, &state, settings).map_err(failed)?;
+        twin.meets(expected(&self.cell.scene));
         if state.held.is_some() {
             // The fingers take hold in the first tenths of a second.
             twin.run(0.3).map_err(failed)?;

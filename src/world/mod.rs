@@ -5,6 +5,7 @@
 
 pub mod camera;
 pub mod camera_file;
+pub mod drawer;
 pub mod frame;
 pub mod mesh;
 pub mod mug;
@@ -18,6 +19,7 @@ pub mod support;
 use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Intrinsics, Pixel, Ray};
+pub use drawer::Drawer;
 pub use frame::{Point, Pose};
 pub use mesh::Mesh;
 pub use mug::Mug;

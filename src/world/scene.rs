@@ -7,8 +7,13 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::camera::Camera;
-use super::frame::{Base, Pose, World};
+use super::drawer::Drawer;
+use super::frame::{Base, Point, Pose, World};
 use super::object::Object;
+
+/// Where something is handed over when a scene says nothing, in the base's frame, m: at 0.62 m a level hand reaches every
+/// height up to 0.275 m (tried within the Gen3's limits), and what is held by its middle is above what stands on the table.
+const HANDING: Vector3<f64> = Vector3::new(0.62, 0.0, 0.25);
 
 /// A printed dot on the table, a reference point of regression 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -59,6 +64,9 @@ pub struct Scene {
     pub marks: Vec<Mark>,
     /// The things that may be moved, in the order they are declared.
     pub objects: Vec<Object>,
+    /// Which of them slide in others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drawers: Vec<Drawer>,
     /// The camera as it is thought to be: name and guess.
     pub camera_name: String,
     /// The camera as it is thought to be.
@@ -70,12 +78,31 @@ pub struct Scene {
     pub robot: String,
     /// Where the robot is mounted.
     pub world_from_base: Pose<World, Base>,
+    /// Where a person takes what the arm holds out, m, if the scene says so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub person: Option<Vector3<f64>>,
 }
 
 impl Scene {
     /// Returns the object of that name.
     pub fn object(&self, name: &str) -> Option<&Object> {
         self.objects.iter().find(|object| object.name == name)
+    }
+
+    /// Returns the drawer whose tray has that name.
+    pub fn drawer(&self, tray: &str) -> Option<&Drawer> {
+        self.drawers.iter().find(|drawer| drawer.tray == tray)
+    }
+
+    /// Returns where something is handed over, m in the world: where the scene has the person, or before the arm.
+    pub fn handing(&self) -> Vector3<f64> {
+        self.person
+            .unwrap_or_else(|| (self.world_from_base * Point::<Base>::from(HANDING)).coords())
+    }
+
+    /// Returns whether a thing is fixed to the table: the case of a drawer.
+    pub fn is_fixed(&self, name: &str) -> bool {
+        self.drawers.iter().any(|drawer| drawer.case == name)
     }
 }
 
@@ -88,6 +115,7 @@ pub(crate) fn bare(objects: Vec<Object>) -> Scene {
         table: Table { size: Vector3::new(1.2, 0.8, 0.02), centre: [0.5, 0.0], colour: [0; 3] },
         marks: Vec::new(),
         objects,
+        drawers: Vec::new(),
         camera_name: "camera".into(),
         camera: Camera {
             intrinsics: Intrinsics::centred(900.0, 1280, 720),
@@ -96,5 +124,6 @@ pub(crate) fn bare(objects: Vec<Object>) -> Scene {
         calibration: None,
         robot: String::new(),
         world_from_base: Pose::upright(0.0, 0.0, 0.0, 0.0),
+        person: None,
     }
 }

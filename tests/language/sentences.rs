@@ -57,6 +57,8 @@ fn a_clear_sentence_is_one_call() {
         ("Could you please pick up the block, robot? Thanks!", "pick(block)"),
         ("take cup2 now", "pick(cup2)"),
         ("put the block down", "place(block)"),
+        ("hand me the block", "hand_over(block)"),
+        ("please hand over the jar", "hand_over(jar)"),
     ];
     for (sentence, call) in cases {
         assert_eq!(clear(sentence), call, "{sentence}");

@@ -43,11 +43,13 @@ fn scene() -> Scene {
             vessel("cup", cup),
             Object { cavity: None, ..vessel("block", block) },
         ],
+        drawers: Vec::new(),
         camera_name: "overhead".into(),
         camera: Camera {
             intrinsics: Intrinsics::centred(900.0, 1280, 720),
             world_from_camera: Pose::from_parts(Vector3::new(0.5, 0.0, 1.0), rotation),
         },
+        person: None,
         calibration: None,
         robot: "gen3_2f85".into(),
         world_from_base: Pose::identity(),

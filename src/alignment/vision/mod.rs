@@ -11,6 +11,7 @@
 
 use std::collections::BTreeMap;
 
+mod drawer;
 mod identity;
 mod judge;
 mod own_cut;
@@ -246,13 +247,15 @@ pub fn see(
     check_size(image, camera)?;
     let picture = Picture::new(image);
     let view = Projector::new(camera);
+    // What slides in a case is looked for along its rail.
+    let on_table = scene.objects.iter().filter(|object| scene.drawer(&object.name).is_none());
     let everything = together::Everything {
         change: change_of(&picture, &view, scene),
         picture,
         table: &scene.table,
         eye: view.eye(),
         ignore: options.ignore.clone(),
-        sought: scene.objects.iter().map(|object| Sought::of(object, camera, options)).collect(),
+        sought: on_table.map(|object| Sought::of(object, camera, options)).collect(),
     };
     let mut sightings = everything.judged();
     blame(&mut sightings, view.eye().z);
@@ -264,7 +267,34 @@ pub fn see(
         sighting.world_from_object = sighting.world_from_object.map(raised);
         sighting.likeliest = sighting.likeliest.map(raised);
     }
-    Ok(sightings.into_iter().map(|s| s.0).collect())
+    let mut seen: Vec<Sighting> = sightings.into_iter().map(|s| s.0).collect();
+    if !scene.drawers.is_empty() {
+        drawers(&everything.picture, &view, scene, options.ignore.as_ref(), &mut seen);
+    }
+    Ok(seen)
+}
+
+/// Adds what slides in cases to what was seen, in the scene's order, and tells the fronts of the cases from their backs.
+fn drawers(
+    picture: &Picture,
+    view: &Projector,
+    scene: &Scene,
+    ignore: Option<&GrayImage>,
+    seen: &mut Vec<Sighting>,
+) {
+    let Some(table) = TableModel::fit(picture, view, &scene.table) else { return };
+    let looking = drawer::Looking { picture, view, table: &table, scene, ignore };
+    for (at, object) in scene.objects.iter().enumerate() {
+        let Some(drawer) = scene.drawer(&object.name) else { continue };
+        let Some(case) = seen.iter_mut().find(|sighting| sighting.name == drawer.case) else {
+            continue;
+        };
+        let Some(drawn) = looking.drawn(drawer, case) else { continue };
+        if case.found {
+            case.world_from_object = Some(drawn.case);
+        }
+        seen.insert(at.min(seen.len()), drawn.tray);
+    }
 }
 
 /// Divides what looks wrong between the things and the table under all of them.

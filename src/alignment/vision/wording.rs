@@ -156,6 +156,18 @@ pub(super) fn other_solid(at: &Candidate) -> String {
     )
 }
 
+/// A drawer whose case was not found.
+pub(super) fn no_case(case: &str) -> String {
+    format!("`{case}`, in which it slides, was not found")
+}
+
+/// A drawer whose colour is seen nowhere along its rail.
+pub(super) fn no_front(tray: &str) -> String {
+    format!(
+        "nothing in the colour of `{tray}` is seen before a side of its case; clear the view, or check its colour"
+    )
+}
+
 /// The contour has no key points.
 pub(super) fn no_key_points(at: &Candidate) -> String {
     format!(

@@ -197,6 +197,26 @@ impl ActionContext {
         Ok(pose.origin().into())
     }
 
+    /// `twin.handings(o)`: joint positions that hold `o` out where it is handed over, nearest first.
+    pub fn handings(&mut self, o: &str) -> Result<Vec<Vec<f64>>, ActionError> {
+        self.planned_path(|planner| planner.handings(o))
+    }
+
+    /// `twin.drawn(o)`: how far a drawer is drawn, m.
+    pub fn drawn(&mut self, o: &str) -> Result<f64, ActionError> {
+        let state = self.state()?;
+        let scene = self.setting.cell.scene.clone();
+        let drawer = scene.drawer(o).ok_or_else(|| Refusal::NoDrawer(o.to_owned()))?;
+        let drawn = drawer.drawn_in(&scene, &state);
+        drawn.ok_or_else(|| Refusal::UnknownPlace(o.to_owned()).into())
+    }
+
+    /// `twin.travel(o)`: how far a drawer can be drawn, m.
+    pub fn travel(&self, o: &str) -> Result<f64, ActionError> {
+        let drawer = self.setting.cell.scene.drawer(o);
+        Ok(drawer.ok_or_else(|| Refusal::NoDrawer(o.to_owned()))?.travel)
+    }
+
     /// `twin.volume(o)`: water in `o`, m³.
     pub fn volume(&mut self, o: &str) -> Result<f64, ActionError> {
         let state = self.state()?;

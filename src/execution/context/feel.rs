@@ -27,6 +27,9 @@ const READINGS: usize = 5;
 /// How long the torques are read at rest before, s. Chosen: the noise of a mean over it (0.08 N·m a reading in the
 /// laboratory) is a hundredth of a newton at 0.6 m.
 const REST: f64 = 0.5;
+/// How fast the tool pulls, m/s. Chosen: a person draws a drawer ten times as fast; at 3 cm/s an end is met 2 mm late, which the
+/// servo's give turns into some 20 N.
+const PULLING: f64 = 0.03;
 /// How much further than in the rehearsal the arm may go until it feels something, m: what a hand may be off (8 to 19 mm
 /// in `docs/results.md`).
 const FURTHER: f64 = 0.02;
@@ -81,7 +84,7 @@ impl ActionContext {
             _ => None,
         })?;
         let most = rehearsed.map_or(by.norm(), |went| by.norm().min(went + FURTHER));
-        let gone = self.feel_along(&path, &way, most, force);
+        let gone = self.feel_along(&path, &way, most, (force, FEELING));
         let went = (self.setting.cell.tool_pose(&self.run.q).origin()
             - self.setting.cell.tool_pose(&path[0]).origin())
         .dot(&way);
@@ -97,13 +100,37 @@ impl ActionContext {
         }
     }
 
-    /// Goes along a path until something is felt, at most so far, m; returns whether it was.
+    /// `arm.pull([x, y, z], force)`: a straight line of the tool that ends where `force` N are felt against it, or with its
+    /// way; returns how far it went, m.
+    ///
+    /// # Errors
+    ///
+    /// When the way cannot be planned, or the joints do not feel what pulls that way.
+    pub fn pull(&mut self, by: [f64; 3], force: f64) -> Result<f64, ActionError> {
+        let by = Vector3::from(by);
+        let Some(way) = by.try_normalize(1e-6) else { return Ok(0.0) };
+        let path = self.planned_path(|planner| planner.line_into(by))?;
+        let rehearsed = self.run.log.next(Kind::Felt, |entry| match entry {
+            Entry::Felt(went) => Some(*went),
+            _ => None,
+        })?;
+        let most = rehearsed.map_or(by.norm(), |went| by.norm().min(went + FURTHER));
+        let done = self.feel_along(&path, &way, most, (force, PULLING));
+        let went = (self.setting.cell.tool_pose(&self.run.q).origin()
+            - self.setting.cell.tool_pose(&path[0]).origin())
+        .dot(&way);
+        self.run.log.record(Entry::Felt(went));
+        done?;
+        Ok(went)
+    }
+
+    /// Goes along a path until so many N are felt, at most so far, m, at so many m/s; returns whether they were.
     fn feel_along(
         &mut self,
         path: &[Vec<f64>],
         way: &Vector3<f64>,
         most: f64,
-        threshold: f64,
+        (threshold, speed): (f64, f64),
     ) -> Result<bool, ActionError> {
         let path = self.slid(path);
         let (_, rest) = self.torque_excess(REST)?;
@@ -118,7 +145,7 @@ impl ActionContext {
             path.last().map_or(0.0, |last| (cell.tool_pose(last).origin() - begin.origin()).norm());
         let limits = self.paced(1.0);
         let trajectory = Trajectory::through_points(&path, &limits).map_err(Refusal::from)?;
-        let slower = length / FEELING / trajectory.duration().max(1e-3);
+        let slower = length / speed / trajectory.duration().max(1e-3);
         let trajectory = if slower > 1.0 { trajectory.slowed(slower) } else { trajectory };
         let cleared = self.cleared(trajectory, &path)?;
         let mut feel =

@@ -42,9 +42,14 @@ impl ActionContext {
             return Ok(());
         }
         let to = width.unwrap_or_else(|| self.setting.cell.robot.max_opening());
-        let before = self.opening()?;
+        let before = self.body.arm().feedback()?;
+        let held = self.body.state()?.held;
+        let felt = self.run.rest.is_some();
         let grip = self.grip(to, OPEN_FORCE)?;
-        let is_wider = width.is_none() || grip.opening > before + LET_GO;
+        let is_wider = width.is_none() || grip.opening > before.opening + LET_GO;
+        if let Some(held) = held.filter(|_| is_wider) {
+            self.run.past.worked.released(&held, before.time, felt);
+        }
         if is_wider || self.body.state()?.held.is_none() {
             self.body.gripped(grip, None)?;
         }
@@ -57,6 +62,7 @@ impl ActionContext {
         self.setting.cell.clear_grip(0.0, FINGER_SPEED, force)?;
         self.tare()?;
         let grip = self.grip(0.0, force)?;
+        self.run.past.worked.took(o);
         self.body.gripped(grip, Some(o))?;
         Ok(())
     }

@@ -12,6 +12,7 @@ mod cartesian;
 mod feel;
 mod hand;
 mod motion;
+mod offer;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError};

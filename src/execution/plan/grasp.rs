@@ -93,7 +93,7 @@ pub struct Grasp {
     /// How far the hand points down, rad.
     pub pitch: f64,
     /// What the ways are sorted by; less is better.
-    cost: f64,
+    pub(super) cost: f64,
 }
 
 impl Grasp {
@@ -110,6 +110,9 @@ impl Planner {
     ///
     /// [`NoWay`] with the distance out of reach, the width that does not fit, or what is in the way.
     pub fn grasps(&self, o: &str, pitch: f64) -> Result<Vec<Grasp>, NoWay> {
+        if let Some(drawer) = self.cell.scene.drawer(o) {
+            return self.handles(drawer, pitch);
+        }
         let what = wording::to_grasp(o);
         let no = |why| NoWay { what: what.clone(), why };
         let object = self.cell.scene.object(o).ok_or_else(|| no(Why::NotSeen(o.to_owned())))?;

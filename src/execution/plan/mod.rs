@@ -4,6 +4,7 @@
 //! the water stays in is for the twin to say. Kinematics, collision and search are [`crate::motion`]'s.
 
 mod brim;
+mod drawer;
 mod grasp;
 mod grip;
 mod hollow;
@@ -264,6 +265,14 @@ impl Planner {
                     world.add(&solid);
                 }
             }
+            if let Some(pose) = known.filter(|_| !in_hand && !except.contains(&&*object.name)) {
+                for (at, shape) in self.bars(object) {
+                    let pose = base_from_world * Pose::new(pose.isometry() * at);
+                    for solid in Obstacle::of_object(&object.name, &shape, self.doubt, pose) {
+                        world.add(&solid);
+                    }
+                }
+            }
         }
         for other in &self.state.unknown {
             let shape = Shape::Cylinder { radius: other.radius, height: other.height };
@@ -283,6 +292,8 @@ impl Planner {
         }
         if let Some((name, tool_from_object)) = held
             && let Some(object) = scene.object(&name).filter(|_| !except.contains(&&*name))
+            // A tray in the hand stays in its case.
+            && scene.drawer(&name).is_none()
         {
             let flange_from_object = self.robot().flange_from_tool() * tool_from_object;
             world.attach(&name, &object.shape, flange_from_object);
@@ -523,6 +534,21 @@ pub fn force_of(robot: &Arc<Robot>, q: &[f64], excess: &[f64], way: &Vector3<f64
     let along: f64 = column.iter().zip(excess).map(|(c, e)| c * e).sum();
     let norm: f64 = column.iter().map(|c| c * c).sum();
     (norm > LEAST_LEVER).then(|| along / norm)
+}
+
+/// Returns the force, N in the base, with which the hand pushes when holding still takes so much more torque (N·m) at `q`: the
+/// least-squares one over all joints; `None` where some direction is not felt.
+pub fn force_at(robot: &Arc<Robot>, q: &[f64], excess: &[f64]) -> Option<Vector3<f64>> {
+    let columns = [Vector3::x(), Vector3::y(), Vector3::z()]
+        .map(|way| push_torque(robot, q, &Vector3::zeros(), &way));
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let normal = nalgebra::Matrix3::from_fn(|i, j| dot(&columns[i], &columns[j]));
+    let right = Vector3::from_fn(|i, _| dot(&columns[i], excess));
+    // A direction with a lever of a centimetre is felt; one with less is noise.
+    if normal.symmetric_eigenvalues().min() < 1e-4 {
+        return None;
+    }
+    normal.cholesky().map(|normal| normal.solve(&right))
 }
 
 /// Returns the mass, kg, that takes so much more torque (N·m) at `q` than an empty hand when it hangs `at` this place

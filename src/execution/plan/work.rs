@@ -153,6 +153,54 @@ impl Planner {
         Ok(ways)
     }
 
+    /// Returns joint positions that hold out what is in the hand, upright, where it is handed over, nearest first.
+    ///
+    /// # Errors
+    ///
+    /// [`NoWay`] when the hand is empty, or the place is out of reach or blocked.
+    pub fn handings(&self, o: &str) -> Result<Vec<Vec<f64>>, NoWay> {
+        let what = wording::to_hand_over(o);
+        let no = |why| NoWay { what: what.clone(), why };
+        let held = self.in_hand().filter(|(held, _)| held == o);
+        let (_, tool_from_object) = held.ok_or_else(|| no(Why::EmptyHand))?;
+        let object_from_tool = tool_from_object.inverse();
+        let at = self.cell.scene.handing();
+        let base = self.cell.scene.world_from_base.origin();
+        let heading = (at.y - base.y).atan2(at.x - base.x);
+        let ahead = object_from_tool.axis(2);
+        let world = self.obstacles(&[], self.state.opening);
+        let mut dropped = Dropped::new();
+        let mut found: Vec<Vec<f64>> = Vec::new();
+        for turn in TURNS {
+            let yaw = heading + turn - ahead.y.atan2(ahead.x);
+            let turned: Pose<World, Object> = Pose::upright(0.0, 0.0, 0.0, yaw);
+            let tool = turned * object_from_tool;
+            let tool = Pose::from_parts(at, tool.rotation());
+            if !self.goes_on(REACHING, found.len()).map_err(no)? {
+                break;
+            }
+            match self.reach(&tool, &self.q) {
+                Err(nearest) => dropped.out_of_reach(nearest),
+                Ok(starts) => {
+                    for q in starts.into_iter().take(BRANCHES) {
+                        dropped.tried += 1;
+                        if Self::clear(&world, std::slice::from_ref(&q), &mut dropped).is_some() {
+                            found.push(q);
+                        }
+                    }
+                }
+            }
+            if found.len() >= ENOUGH {
+                break;
+            }
+        }
+        if found.is_empty() {
+            return Err(no(dropped.why()));
+        }
+        found.sort_by(|a, b| distance(a, &self.q).total_cmp(&distance(b, &self.q)));
+        Ok(found)
+    }
+
     /// Returns ways to wipe the top of a thing with closed fingers that point straight down.
     ///
     /// # Errors

@@ -17,6 +17,8 @@ pub struct SceneItem {
     pub cameras: Vec<SceneCamera>,
     /// `robot gen3_2f85 at (0 m, 0 m, 0 m)`.
     pub robots: Vec<SceneRobot>,
+    /// `person at (0.6 m, 0 m, 0.25 m)`: where something is handed over.
+    pub people: Vec<([Literal; 3], Span)>,
     /// Where.
     pub span: Span,
 }

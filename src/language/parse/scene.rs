@@ -28,6 +28,7 @@ impl Builder<'_> {
             marks: Vec::new(),
             cameras: Vec::new(),
             robots: Vec::new(),
+            people: Vec::new(),
             span,
         };
         for pair in inner {
@@ -37,6 +38,10 @@ impl Builder<'_> {
                 Rule::marks => item.marks.extend(self.marks(&pair)),
                 Rule::camera => item.cameras.extend(self.camera(&pair)),
                 Rule::robot => item.robots.extend(self.robot(&pair)),
+                Rule::person => {
+                    let span = self.span(&pair);
+                    item.people.extend(self.place(&pair).map(|at| (at, span)));
+                }
                 Rule::bad_entry => {
                     self.bad(&pair, Place::Entry);
                 }

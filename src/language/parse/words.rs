@@ -13,7 +13,7 @@ pub(super) const STEPS: &[&str] = &[
     "limit", "timing", "retry", "abort", "while", "until", "then", "else", "break", "via",
 ];
 pub(super) const CLAUSES: &[&str] = &["needs", "keeps", "gives", "run", "limit"];
-pub(super) const ENTRIES: &[&str] = &["marks", "camera", "robot"];
+pub(super) const ENTRIES: &[&str] = &["marks", "camera", "robot", "person"];
 pub(super) const MODEL: &[&str] = &["input", "param", "state", "let", "output"];
 pub(super) const VIEWS: &[&str] = &["image", "focal", "calibration", "looking", "at"];
 

@@ -17,7 +17,7 @@ use super::{Body, Joint, Physics};
 use crate::motion::Robot;
 use crate::motion::robot::{self, Motion};
 use crate::motion::solid::Solid;
-use crate::world::{Object, Profile, Scene, Shape, WorldState};
+use crate::world::{Object, Profile, Scene, Shape, WorldState, drawer};
 
 /// Sides of the polygon that stands for a round wall.
 const SIDES: usize = 16;
@@ -232,18 +232,58 @@ impl Physics {
             if object.mass.is_nan() || object.mass <= 0.0 {
                 return Err(Error::Massless(object.name.clone()));
             }
-            let body = RigidBodyBuilder::dynamic().pose(pose_to_engine(pose.isometry()));
+            let fixed = scene.is_fixed(&object.name);
+            let body = if fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
+            let body = body.pose(pose_to_engine(pose.isometry()));
             let handle = self.bodies.insert(body);
             let activation = self.bodies[handle].activation_mut();
             activation.normalized_linear_threshold = STILL;
             activation.time_until_sleep = STILL_FOR;
-            let collider = ColliderBuilder::new(object_shape(object));
+            let collider = ColliderBuilder::new(shape_in(scene, object));
             let collider = collider.mass_properties(object_mass(object));
             let collider = surface(collider, roughness.object, OBJECT);
             self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
             self.objects.push(Some(handle));
         }
+        self.add_rails(scene, state, settings);
         Ok(())
+    }
+
+    /// Joins each tray to its case: it slides as far as it may be drawn, against friction that does not depend on its speed.
+    fn add_rails(&mut self, scene: &Scene, state: &WorldState, settings: &Settings) {
+        let body = |name: &str| {
+            let at = scene.objects.iter().position(|object| object.name == name)?;
+            self.objects[at]
+        };
+        let rails: Vec<_> = (scene.drawers.iter())
+            .filter_map(|drawer| {
+                let closed = drawer.case_from_tray(scene, 0.0)?;
+                let drawn = drawer.drawn_in(scene, state)?.clamp(0.0, drawer.travel);
+                Some((body(&drawer.case)?, body(&drawer.tray)?, closed, drawer.travel, drawn))
+            })
+            .collect();
+        for (case, tray, closed, travel, drawn) in rails {
+            let locked = JointAxesMask::all() & !JointAxesMask::from(JointAxis::LinX);
+            let joint = GenericJointBuilder::new(locked)
+                .local_frame1(pose_to_engine(&closed))
+                .contacts_enabled(false)
+                .limits(JointAxis::LinX, [0.0, travel])
+                .build();
+            let Some(handle) = self.multibody_joints.insert(case, tray, joint, true) else {
+                continue;
+            };
+            let Some((multibody, _)) = self.multibody_joints.get_mut(handle) else { continue };
+            multibody.set_self_contacts_enabled(false);
+            multibody.forward_kinematics(&self.bodies, true);
+            // The case is fixed, so that the way along the rail is all that is free.
+            multibody.damping_mut().fill(0.0);
+            multibody.frictions_mut().fill(settings.friction.drawer);
+            let mut displacement = vec![0.0; multibody.ndofs()];
+            displacement.iter_mut().for_each(|free| *free = drawn);
+            multibody.apply_displacements(&displacement);
+            multibody.forward_kinematics(&self.bodies, false);
+            multibody.update_rigid_bodies(&mut self.bodies, true);
+        }
     }
 }
 
@@ -354,6 +394,52 @@ fn object_shape(object: &Object) -> SharedShape {
         }
         (None, shape) => solid(shape),
     })
+}
+
+/// As [`object_shape`], with what a drawer is besides a box: the bar of a tray and its posts, the hollow of a case.
+fn shape_in(scene: &Scene, object: &Object) -> SharedShape {
+    if let Some(drawer) = scene.drawer(&object.name) {
+        let mut parts = match object.cavity {
+            Some(cavity) => vessel(&object.shape, cavity.wall, foot),
+            None => solid(&object.shape),
+        };
+        for (at, shape) in drawer.handle(object) {
+            let at = Isometry3::from(at);
+            parts.extend(solid(&shape).into_iter().map(|(within, shape)| (at * within, shape)));
+        }
+        return compound(parts);
+    }
+    let inside = scene.drawers.iter().find(|drawer| drawer.case == object.name);
+    let inside = inside.and_then(|drawer| scene.object(&drawer.tray));
+    match (&object.shape, inside.map(|tray| &tray.shape)) {
+        (Shape::Cuboid { size }, Some(Shape::Cuboid { size: inner })) => {
+            compound(case(size, inner))
+        }
+        _ => object_shape(object),
+    }
+}
+
+/// Returns a box that is open at its +x side, for a tray in the middle of its height: back, sides, top and floor.
+fn case(size: &Vector3<f64>, inner: &Vector3<f64>) -> Vec<Part> {
+    let board = |x: [f64; 2], y: [f64; 2], z: [f64; 2]| {
+        let middle = |[low, high]: [f64; 2]| f64::midpoint(low, high);
+        let half = |[low, high]: [f64; 2]| 0.5 * (high - low);
+        let at = Isometry3::translation(middle(x), middle(y), middle(z));
+        (at, SharedShape::cuboid(half(x), half(y), half(z)))
+    };
+    let (hx, hy) = (0.5 * size.x, 0.5 * size.y);
+    let side = hy - 0.5 * (size.y - inner.y) + drawer::ROOM;
+    let (low, high) =
+        (0.5 * (size.z - inner.z) - drawer::ROOM, 0.5 * (size.z + inner.z) + drawer::ROOM);
+    let back = (-hx + (size.x - inner.x).max(drawer::ROOM)).min(hx);
+    let all = [-hx, hx];
+    vec![
+        board(all, [-hy, hy], [0.0, low.max(1e-4)]),
+        board(all, [-hy, hy], [high.min(size.z - 1e-4), size.z]),
+        board([-hx, back - drawer::ROOM + 1e-4], [-hy, hy], [low, high]),
+        board(all, [side - 1e-4, hy], [low, high]),
+        board(all, [-hy, -side + 1e-4], [low, high]),
+    ]
 }
 
 /// Returns mass, centre of mass and inertia of an object, in its own frame.

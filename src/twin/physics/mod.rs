@@ -14,8 +14,8 @@ mod tree;
 use nalgebra::{Isometry3, Vector3};
 use rapier3d_f64::dynamics::{
     CCDSolver, ImpulseJointSet, IntegrationParameters, IslandManager, JointAxis,
-    MultibodyJointHandle, MultibodyJointSet, RigidBodyHandle, RigidBodySet, SoftBodySet,
-    SpringCoefficients,
+    MultibodyJointHandle, MultibodyJointSet, RigidBodyHandle, RigidBodySet, RigidBodyType,
+    SoftBodySet, SpringCoefficients,
 };
 use rapier3d_f64::geometry::{BroadPhaseBvh, Collider, ColliderHandle, ColliderSet, NarrowPhase};
 use rapier3d_f64::pipeline::{PhysicsHooks, PhysicsPipeline};
@@ -290,6 +290,21 @@ impl Physics {
         }
     }
 
+    /// Pushes an object at its centre of mass with a force, N, for `dt` s; returns where that is, m in the world.
+    pub fn push(&mut self, object: usize, force: Vector3<f64>, dt: f64) -> Option<Vector3<f64>> {
+        let body = &mut self.bodies[self.objects[object]?];
+        body.apply_impulse(to_engine(&(force * dt)), true);
+        Some(from_engine(body.center_of_mass()))
+    }
+
+    /// Takes an object away, to a place in the world, m, where it stays.
+    pub fn take(&mut self, object: usize, to: Vector3<f64>) {
+        let Some(handle) = self.objects[object] else { return };
+        let body = &mut self.bodies[handle];
+        body.set_body_type(RigidBodyType::Fixed, true);
+        body.set_translation(to_engine(&to), true);
+    }
+
     /// Returns whether two bodies touch.
     pub fn touch(&self, a: Part, b: Part) -> bool {
         let (Some(a), Some(b)) = (self.handle(a), self.handle(b)) else { return false };
@@ -423,6 +438,57 @@ mod tests {
                 tilt(&world)
             })
             .collect()
+    }
+
+    /// Returns how far a closed drawer of 0.5 kg comes, m, that is drawn with a force, N, for so long, s.
+    fn drawn(force: f64, seconds: f64) -> f64 {
+        let robot = Robot::gen3();
+        let cuboid = |x, y, z| Shape::Cuboid { size: Vector3::new(x, y, z) };
+        let mut chest = object::vessel(cuboid(0.16, 0.22, 0.11), 1e-3);
+        (chest.name, chest.cavity) = ("chest".into(), None);
+        let mut tray = object::vessel(cuboid(0.15, 0.20, 0.08), 1e-3);
+        (tray.name, tray.mass) = ("tray".into(), 0.5);
+        let mut scene = scene::bare(vec![chest, tray]);
+        let (tray, case) = ("tray".to_owned(), "chest".to_owned());
+        scene.drawers.push(crate::world::Drawer { tray, case, travel: 0.11, bar: 0.06 });
+        let case = Pose::upright(0.6, 0.1, 0.0, 2.0);
+        let closed = scene.drawers[0].tray_at(&scene, &case, 0.0).unwrap();
+        let known = |name: &str, pose| ObjectState {
+            name: name.into(),
+            world_from_object: Some(pose),
+            std: 0.0,
+            water: None,
+        };
+        let mut state = WorldState {
+            time: 0.0,
+            q: vec![0.0; robot.n_joints()],
+            opening: 0.08,
+            world_from_tool: Pose::identity(),
+            held: None,
+            objects: vec![known("chest", case), known("tray", closed)],
+            spilt: None,
+            unknown: Vec::new(),
+        };
+        let settings = Settings::for_arm(&robot);
+        let mut world = Physics::new(&robot, &scene, &state, &settings).unwrap();
+        for _ in 0..(seconds / settings.dt) as usize {
+            world.push(1, force * case.axis(0), settings.dt);
+            world.step(0.0);
+        }
+        state.objects[1].world_from_object = world.object_pose(1).map(Pose::new);
+        assert!((world.object_pose(0).unwrap().translation.vector - case.origin()).norm() < 1e-9);
+        scene.drawers[0].drawn_in(&scene, &state).unwrap()
+    }
+
+    #[test]
+    fn a_drawer_stays_under_its_friction_slides_above_it_and_stops_at_its_end() {
+        // 4 N are the settings' friction.
+        assert!(drawn(3.0, 0.5).abs() < 1e-3);
+        let expected = 0.5 * (6.0 - 4.0) / 0.5 * 0.2 * 0.2;
+        let came = drawn(6.0, 0.2);
+        assert!((came - expected).abs() < 0.15 * expected, "{came} m for {expected}");
+        assert!((drawn(20.0, 1.0) - 0.11).abs() < 1e-3);
+        assert!(drawn(-20.0, 0.5).abs() < 1e-3);
     }
 
     #[test]

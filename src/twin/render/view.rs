@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Vector3};
 
 use super::look::ArmLook;
-use crate::world::{Mark, Material, Object, Scene, Table, WorldState, object};
+use crate::world::{Drawer, Mark, Material, Object, Scene, Table, WorldState, object};
 
 /// Nothing was hit, or only the room.
 pub const NOTHING: u16 = 0;
@@ -144,7 +144,7 @@ pub struct View {
     pub table: Table,
     /// Printed dots on it.
     pub marks: Vec<Mark>,
-    /// Objects first, in the scene's order, then the robot.
+    /// Objects first, in the scene's order, then the robot, then the handles of drawers under the names of their trays.
     pub bodies: Vec<Body>,
     /// Centres of water particles, m, world. Those inside a vessel of `bodies` are not drawn: the
     /// vessel's own `water` stands for them.
@@ -181,6 +181,7 @@ impl View {
         }
         let arm = Self::of_arm(scene, look, links);
         bodies.extend(arm.bodies);
+        bodies.extend(scene.drawers.iter().flat_map(|drawer| handle_of(scene, state, drawer)));
         Self { bodies, ..arm }
     }
 
@@ -232,6 +233,19 @@ fn shape_of(object: &Object, water: f64) -> Shape {
         Some(cavity) => Shape::Vessel { outside: object.shape.clone(), wall: cavity.wall, water },
         None => Shape::Standing(object.shape.clone()),
     }
+}
+
+/// Returns the bar of a drawer and its posts.
+fn handle_of(scene: &Scene, state: &WorldState, drawer: &Drawer) -> Vec<Body> {
+    let pose = state.object(&drawer.tray).and_then(|known| known.world_from_object);
+    let (Some(tray), Some(pose)) = (scene.object(&drawer.tray), pose) else { return Vec::new() };
+    let part = |(at, shape): (Vector3<f64>, object::Shape)| Body {
+        name: drawer.tray.clone(),
+        shape: Shape::Standing(shape),
+        world_from_body: pose.isometry() * Isometry3::from(at),
+        paint: paint_of(tray),
+    };
+    drawer.handle(tray).into_iter().map(part).collect()
 }
 
 fn paint_of(object: &Object) -> Paint {
