@@ -451,7 +451,7 @@ fn what_strangers_write_is_answered_with_what_to_write() {
         ("fluent glad(o) = true\n".into(), "write `o: Graspable`, or another type"),
         (
             "task t(o: Mug) { pick(o) }\n".into(),
-            "known are: Container, Graspable, Surface, Object, Place, Face and 17 more",
+            "known are: Container, Drawer, Graspable, Surface, Object, Place and 18 more",
         ),
     ] {
         let found = checked(&text);
