@@ -440,57 +440,6 @@ mod tests {
             .collect()
     }
 
-    /// Returns how far a closed drawer of 0.5 kg comes, m, that is drawn with a force, N, for so long, s.
-    fn drawn(force: f64, seconds: f64) -> f64 {
-        let robot = Robot::gen3();
-        let cuboid = |x, y, z| Shape::Cuboid { size: Vector3::new(x, y, z) };
-        let mut chest = object::vessel(cuboid(0.16, 0.22, 0.11), 1e-3);
-        (chest.name, chest.cavity) = ("chest".into(), None);
-        let mut tray = object::vessel(cuboid(0.15, 0.20, 0.08), 1e-3);
-        (tray.name, tray.mass) = ("tray".into(), 0.5);
-        let mut scene = scene::bare(vec![chest, tray]);
-        let (tray, case) = ("tray".to_owned(), "chest".to_owned());
-        scene.drawers.push(crate::world::Drawer { tray, case, travel: 0.11, bar: 0.06 });
-        let case = Pose::upright(0.6, 0.1, 0.0, 2.0);
-        let closed = scene.drawers[0].tray_at(&scene, &case, 0.0).unwrap();
-        let known = |name: &str, pose| ObjectState {
-            name: name.into(),
-            world_from_object: Some(pose),
-            std: 0.0,
-            water: None,
-        };
-        let mut state = WorldState {
-            time: 0.0,
-            q: vec![0.0; robot.n_joints()],
-            opening: 0.08,
-            world_from_tool: Pose::identity(),
-            held: None,
-            objects: vec![known("chest", case), known("tray", closed)],
-            spilt: None,
-            unknown: Vec::new(),
-        };
-        let settings = Settings::for_arm(&robot);
-        let mut world = Physics::new(&robot, &scene, &state, &settings).unwrap();
-        for _ in 0..(seconds / settings.dt) as usize {
-            world.push(1, force * case.axis(0), settings.dt);
-            world.step(0.0);
-        }
-        state.objects[1].world_from_object = world.object_pose(1).map(Pose::new);
-        assert!((world.object_pose(0).unwrap().translation.vector - case.origin()).norm() < 1e-9);
-        scene.drawers[0].drawn_in(&scene, &state).unwrap()
-    }
-
-    #[test]
-    fn a_drawer_stays_under_its_friction_slides_above_it_and_stops_at_its_end() {
-        // 4 N are the settings' friction.
-        assert!(drawn(3.0, 0.5).abs() < 1e-3);
-        let expected = 0.5 * (6.0 - 4.0) / 0.5 * 0.2 * 0.2;
-        let came = drawn(6.0, 0.2);
-        assert!((came - expected).abs() < 0.15 * expected, "{came} m for {expected}");
-        assert!((drawn(20.0, 1.0) - 0.11).abs() < 1e-3);
-        assert!(drawn(-20.0, 0.5).abs() < 1e-3);
-    }
-
     #[test]
     fn a_round_thing_that_rocks_comes_to_rest() {
         for hollow in [true, false] {
