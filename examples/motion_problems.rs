@@ -7,6 +7,8 @@
 //! of the motion's duration (s), length (rad) and jerk (root of the mean square, rad/s³).
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap here is a file that is not what it says")]
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "its output is what it is for")]
+#![expect(clippy::disallowed_methods, reason = "it measures time")]
 
 use std::path::PathBuf;
 use std::time::Instant;

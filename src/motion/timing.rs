@@ -46,7 +46,7 @@ impl Timing {
         let rise = rises.fold(0.0, f64::max);
         let mut best: Option<(Self, f64)> = None;
         // In the longer window a push may turn into a brake at once, in the shorter one speeds are reached sooner.
-        for window in [rise, 2.0 * rise] {
+        for (is_first, window) in [(true, rise), (false, 2.0 * rise)] {
             let mut pace = vec![1.0; shape.len()];
             for round in 0..ROUNDS {
                 let timing = Self { profile: fastest(&shape, limits, &pace), window };
@@ -58,7 +58,7 @@ impl Timing {
                     best = Some((timing, stretch));
                 }
                 if stretch < NEARLY {
-                    if round == 0 && window == rise {
+                    if round == 0 && is_first {
                         return best.expect("a round was made");
                     }
                     break;

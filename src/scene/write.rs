@@ -189,7 +189,11 @@ mod tests {
             let again = read(&to_text(&scene, "Again.", &[]));
             assert_eq!((&again.name, &again.robot), (&scene.name, &scene.robot));
             assert_eq!((again.drawers, again.person), (scene.drawers, scene.person));
-            assert_eq!((again.marks, again.table), (scene.marks, scene.table));
+            assert_eq!((again.marks.len(), again.table), (scene.marks.len(), scene.table));
+            for (again, mark) in again.marks.iter().zip(&scene.marks) {
+                let off = [again.x - mark.x, again.y - mark.y, again.radius - mark.radius];
+                assert!(off.iter().all(|off| off.abs() < 1e-9), "{again:?} {mark:?}");
+            }
             for (again, object) in again.objects.iter().zip(&scene.objects) {
                 assert!((again.mass - object.mass).abs() < 1e-3 && again.shape == object.shape);
                 let capacity = |o: &Object| o.cavity.map_or(0.0, |cavity| cavity.capacity);

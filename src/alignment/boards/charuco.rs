@@ -113,7 +113,8 @@ impl Charuco {
             return false;
         }
         // Every second square has a tag.
-        let number = (row * self.columns + column) / 2;
+        let square = row * self.columns + column;
+        let number = square / 2;
         let rim = 0.5 * (self.square - self.tag);
         let cells = (self.family.side + 2) as f64;
         let cell = |at: f64, square: usize| {

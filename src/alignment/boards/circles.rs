@@ -109,7 +109,7 @@ impl Circles {
         let cell = |p: &Vector2<f64>| {
             let at = p / self.step;
             let (x, y) = (at.x.round() as i32, at.y.round() as i32);
-            if self.shifted { ((x + y) / 2, (y - x).div_euclid(2)) } else { (x, y) }
+            if self.shifted { ((x + y).div_euclid(2), (y - x).div_euclid(2)) } else { (x, y) }
         };
         let cells: Vec<(i32, i32)> = points.iter().map(cell).collect();
         let mut best: Option<(f64, Found)> = None;

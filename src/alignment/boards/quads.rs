@@ -7,8 +7,6 @@
 //! Source: Garrido-Jurado, Muñoz-Salinas, Madrid-Cuevas and Marín-Jiménez, "Automatic generation and detection of highly
 //! reliable fiducial markers under occlusion", Pattern Recognition 2014, §4.1.
 
-#![expect(clippy::cast_possible_wrap, reason = "a picture has far fewer than 2^31 pixels")]
-
 use image::{GrayImage, Luma};
 use imageproc::contours::{BorderType, find_contours};
 use imageproc::distance_transform::Norm;

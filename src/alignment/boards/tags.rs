@@ -3,8 +3,8 @@
 //! A tag is a dark frame around a square of bright and dark cells. The codes are those of `OpenCV`'s `ArUco` dictionaries
 //! and of `AprilTag`, read row by row from the tag's own top left corner, bright cells being ones.
 //!
-//! Source: Garrido-Jurado et al., Pattern Recognition 2014 (`ArUco`); Olson, "AprilTag: A robust and flexible visual fiducial
-//! system", ICRA 2011.
+//! Source: Garrido-Jurado et al., Pattern Recognition 2014 (`ArUco`); Olson, "`AprilTag`: A robust and flexible visual
+//! fiducial system", ICRA 2011.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 

@@ -167,8 +167,13 @@ mod tests {
             let grips = at_height(&mug, 0.05, pitch);
             grips.iter().map(|grip| grip.heading.to_degrees().round() as i32).collect()
         };
-        // Level: only towards the handle; from above: everywhere but with a finger on it.
-        assert!(from(0.0).contains(&0) && from(0.0).iter().all(|h| *h <= 45 || *h >= 315));
+        // Level: towards the handle, or with it between the fingers; from above: everywhere but with a finger on it.
+        let level = from(0.0);
+        assert!(level.contains(&0) && !level.contains(&90) && !level.contains(&270), "{level:?}");
+        assert!(
+            level.iter().all(|h| !(46..180).contains(h) && !(181..315).contains(h)),
+            "{level:?}"
+        );
         let above = from(FRAC_PI_2);
         assert!(above.contains(&0) && above.contains(&180) && !above.contains(&90), "{above:?}");
     }

@@ -278,8 +278,7 @@ impl Physics {
             // The case is fixed, so that the way along the rail is all that is free.
             multibody.damping_mut().fill(0.0);
             multibody.frictions_mut().fill(settings.friction.drawer);
-            let mut displacement = vec![0.0; multibody.ndofs()];
-            displacement.iter_mut().for_each(|free| *free = drawn);
+            let displacement = vec![drawn; multibody.ndofs()];
             multibody.apply_displacements(&displacement);
             multibody.forward_kinematics(&self.bodies, false);
             multibody.update_rigid_bodies(&mut self.bodies, true);
