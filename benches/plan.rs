@@ -99,7 +99,7 @@ fn timing(criterion: &mut Criterion) {
     };
     let corners: Vec<Vec<f64>> = (0..5).map(moved).collect();
     let points: Vec<Vec<f64>> = (0..100)
-        .map(|k| home.iter().enumerate().map(|(i, q)| q + (0.01 * (k * (i + 1)) as f64).sin()))
+        .map(|k| home.iter().enumerate().map(move |(i, q)| q + (0.01 * (k * (i + 1)) as f64).sin()))
         .map(Iterator::collect)
         .collect();
     let mut group = criterion.benchmark_group("timing");

@@ -1,6 +1,6 @@
 //! Reactive motion: at every instant the joint acceleration that suits a target, obstacles and the arm's own limits.
 //!
-//! No path is searched. Each policy of [`super::rmp`] is carried to the joints by the Jacobian of what it speaks of, and all
+//! No path is searched. Each policy of `rmp` is carried to the joints by the Jacobian of what it speaks of, and all
 //! are resolved at once; obstacles may move meanwhile. Such a motion can come to rest before its target where obstacles
 //! enclose it: that is said. What it ran through is simplified and certified here as a search's path is, and timed
 //! elsewhere; it bounds no jerk of its own.

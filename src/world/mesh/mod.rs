@@ -3,7 +3,7 @@
 //! In: triangles of a file and what one of its numbers is in m. Out: a solid that stands as in its file, its lowest point at
 //! height 0 and the middle of the box around it on the axis, so that a mesh has its origin where every other shape has its
 //! own. Everything else that is asked of a shape is derived from the triangles: sizes and mass here, the convex parts that
-//! touch and are kept clear of in [`parts`], the lines that an eye sees in [`lines`], what is between two fingers in
+//! touch and are kept clear of in `parts`, the lines that an eye sees in `lines`, what is between two fingers in
 //! [`section`]. Reading files is [`read`]'s. A mesh holds no water: its inside is not looked for.
 
 pub mod lines;
