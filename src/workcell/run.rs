@@ -178,7 +178,7 @@ impl WorkCell {
             recorder.lock().unwrap_or_else(PoisonError::into_inner).keep_whole(&newest);
         }
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
-        let has_vessels = self.scene().objects.iter().any(|object| object.cavity.is_some());
+        let has_vessels = self.scene().objects.iter().any(|o| self.is_vessel(&o.name));
         if let Some(weighing) = weighing.as_ref().filter(|_| has_vessels) {
             run.water = Some(self.water(call, weighing));
         }
@@ -236,6 +236,12 @@ impl WorkCell {
         Ok(())
     }
 
+    /// Whether liquid is held by a thing; a drawer is as hollow, and holds none.
+    fn is_vessel(&self, name: &str) -> bool {
+        let scene = self.scene();
+        scene.object(name).is_some_and(|o| o.cavity.is_some()) && scene.drawer(name).is_none()
+    }
+
     /// Returns what the scales say about a call's first two vessels, and about all.
     fn water(&self, call: &Call, weighing: &Weighing) -> Water {
         let Weighing { water, spilt } = weighing;
@@ -254,7 +260,11 @@ impl WorkCell {
         Water {
             in_source_ml: of(named.first()),
             in_target_ml: of(named.get(1)),
-            vessels_ml: water.iter().map(|(name, volume)| (name.clone(), volume * 1e6)).collect(),
+            vessels_ml: water
+                .iter()
+                .filter(|(name, _)| self.is_vessel(name))
+                .map(|(name, volume)| (name.clone(), volume * 1e6))
+                .collect(),
             spilt_ml: spilt * 1e6,
             measured_by: self.setup.robot_name.clone(),
         }

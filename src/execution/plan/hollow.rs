@@ -62,6 +62,12 @@ pub(super) fn walls(object: &Object, doubt: f64) -> Vec<(Solid, Isometry3<f64>)>
     walls
 }
 
+/// As [`walls`], without the floor: what stands beside a hand that sets something down on it.
+pub(super) fn sides(object: &Object, doubt: f64) -> Vec<(Solid, Isometry3<f64>)> {
+    let under = object.inside().map_or(0.0, |inside| object.shape.height() - inside.height());
+    walls(object, doubt).into_iter().filter(|(_, at)| at.translation.z > under).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,12 +4,14 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::Vector3;
 
+use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::world::frame::{Object, World};
 use crate::world::region::{self, Bearer, TABLE};
 use crate::world::{self as scene, Point, Pose, Region, Unknown, support};
 
 use super::super::wording;
 use super::grasp::distance;
+use super::hollow;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
 
 /// The object is let go this far above the table, m. Chosen: `lower` promises 5 mm (`stdlib/tasks/std.task`). With half
@@ -130,6 +132,7 @@ impl Planner {
         let (vessel, deep) = into.as_ref().map(|inside| (at, inside.height())).unzip();
         let world = self.obstacles_around(&[], vessel, self.state.opening);
         let empty = self.obstacles_around(&[o], vessel, self.robot().max_opening());
+        let beside = vessel.map(|vessel| self.beside_hand(o, vessel));
         let object_from_tool = tool_from_object.inverse();
         let ahead = object_from_tool.axis(2);
         let is_level = ahead.xy().norm() > FRAC_1_SQRT_2;
@@ -176,8 +179,10 @@ impl Planner {
                 };
                 way_down.reverse();
                 // The object itself may come close to the table at the very end of the way down.
-                let high = &way_down[..way_down.len().saturating_sub(MEANT)];
-                if Self::clear(&world, high, &mut dropped).is_none()
+                let (high, low) = way_down.split_at(way_down.len().saturating_sub(MEANT));
+                let struck = |beside| Self::clear(beside, low, &mut dropped).is_none();
+                if beside.as_ref().is_some_and(struck)
+                    || Self::clear(&world, high, &mut dropped).is_none()
                     || Self::clear(&empty, &way_out[MEANT.min(way_out.len())..], &mut dropped)
                         .is_none()
                 {
@@ -333,6 +338,22 @@ impl Planner {
         }
         places.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
         Ok(places.into_iter().map(|(.., place)| place).collect())
+    }
+
+    /// What a hand that sets `o` down in a vessel may not touch at the end either: the vessel's walls, and what stands beside
+    /// it, as the case of a drawer does.
+    fn beside_hand(&self, o: &str, vessel: &str) -> CollisionWorld<'_> {
+        let mut world = self.obstacles_around(&[o, vessel], None, self.state.opening);
+        world.remove(TABLE);
+        let object = self.cell.scene.object(vessel);
+        let known = self.state.object(vessel).and_then(|state| state.world_from_object);
+        if let (Some(object), Some(pose)) = (object, known) {
+            let pose = self.cell.scene.world_from_base.inverse() * pose;
+            for (solid, at) in hollow::sides(object, self.doubt) {
+                world.add(&Obstacle::new(vessel, solid, pose.isometry() * at));
+            }
+        }
+        world
     }
 
     /// Whether nothing that the scene does not declare is nearer than `room` m to a point of the table.
