@@ -100,6 +100,28 @@ pub struct Placement {
     cost: f64,
 }
 
+/// What must not be touched while something is set down.
+struct Around<'w> {
+    /// On the way down, with the thing in the hand.
+    held: CollisionWorld<'w>,
+    /// On the way out, without it.
+    empty: CollisionWorld<'w>,
+    /// By the hand at the very end of a way down into a vessel.
+    beside: Option<CollisionWorld<'w>>,
+}
+
+impl Around<'_> {
+    fn lets(&self, way_down: &[Vec<f64>], way_out: &[Vec<f64>], dropped: &mut Dropped) -> bool {
+        // The object itself may come close to what it is set down on at the very end of the way down.
+        let (high, low) = way_down.split_at(way_down.len().saturating_sub(MEANT));
+        let out = &way_out[MEANT.min(way_out.len())..];
+        let mut is_clear = |world, way| Planner::clear(world, way, dropped).is_some();
+        self.beside.as_ref().is_none_or(|beside| is_clear(beside, low))
+            && is_clear(&self.held, high)
+            && is_clear(&self.empty, out)
+    }
+}
+
 impl Planner {
     /// Returns ways to put down `o`, which is in the hand, upright on a free place of `at`: the table, another thing on
     /// which, or in which, it may stand, or beside others.
@@ -130,9 +152,11 @@ impl Planner {
         let into = self.cell.scene.object(at).and_then(scene::Object::inside);
         let into = into.filter(|inside| support::fits(object, inside));
         let (vessel, deep) = into.as_ref().map(|inside| (at, inside.height())).unzip();
-        let world = self.obstacles_around(&[], vessel, self.state.opening);
-        let empty = self.obstacles_around(&[o], vessel, self.robot().max_opening());
-        let beside = vessel.map(|vessel| self.beside_hand(o, vessel));
+        let around = Around {
+            held: self.obstacles_around(&[], vessel, self.state.opening),
+            empty: self.obstacles_around(&[o], vessel, self.robot().max_opening()),
+            beside: vessel.map(|vessel| self.beside_hand(o, vessel)),
+        };
         let object_from_tool = tool_from_object.inverse();
         let ahead = object_from_tool.axis(2);
         let is_level = ahead.xy().norm() > FRAC_1_SQRT_2;
@@ -141,15 +165,15 @@ impl Planner {
         'looking: for place in places {
             let (x, y) = (place.x, place.y);
             let heading = y.atan2(x);
-            let around = if is_level { &[][..] } else { &AROUND[..] };
-            for &turn in TURNS.iter().chain(around) {
+            let turned = if is_level { &[][..] } else { &AROUND[..] };
+            for &turn in TURNS.iter().chain(turned) {
                 let yaw = heading + turn - ahead.y.atan2(ahead.x);
                 let stands: Pose<World, Object> = Pose::upright(x, y, place.z + DROP, yaw);
                 let down = stands * object_from_tool;
                 let above = deep.unwrap_or(0.0) + ABOVE;
                 let up = Vector3::z() * above;
                 let poses = ((above + BACK) / STRAIGHT_STEP).round() as u64;
-                let work = REACHING + TRACKING * poses + world.cost() * poses;
+                let work = REACHING + TRACKING * poses + around.held.cost() * poses;
                 if !self.goes_on(work, ways.len()).map_err(no)? {
                     break 'looking;
                 }
@@ -178,14 +202,7 @@ impl Planner {
                     continue;
                 };
                 way_down.reverse();
-                // The object itself may come close to the table at the very end of the way down.
-                let (high, low) = way_down.split_at(way_down.len().saturating_sub(MEANT));
-                let struck = |beside| Self::clear(beside, low, &mut dropped).is_none();
-                if beside.as_ref().is_some_and(struck)
-                    || Self::clear(&world, high, &mut dropped).is_none()
-                    || Self::clear(&empty, &way_out[MEANT.min(way_out.len())..], &mut dropped)
-                        .is_none()
-                {
+                if !around.lets(&way_down, &way_out, &mut dropped) {
                     continue;
                 }
                 if !self.passes(&way_down) || !self.passes(&way_out) {
