@@ -203,7 +203,7 @@ impl ActionContext {
     /// `arm.turn(path, rate)`: a joint path that turns the hand, at `rate` rad/s.
     pub fn turn(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
         /// The share of the jerk that is used by a turn slower than the arm could make it: what is poured sloshes. Chosen: with
-        /// twice as much a jar that had poured before gave 75 mL for 60, with this 56 (tests/tables/two_cups.task, seed 6).
+        /// twice as much a jar that had poured before gave 75 mL for 60, with this 56 (`two_cups` of `tests/tables`, seed 6).
         const GENTLE: f64 = 0.25;
         let angle = turned_angle(&self.setting.cell.robot, path);
         let mut limits = self.paced(1.0);
