@@ -201,8 +201,9 @@ pub(super) fn fastest(shape: &Shape, limits: &Limits, pace: &[f64]) -> Profile {
     profile
 }
 
-/// Length between two knots on a straight and on a bent stretch, rad: a fifth of the length more makes motions less than 1 %
-/// slower on random paths of three to nine corners.
+/// Length between two knots on a straight and on a bent stretch, rad. Chosen on random paths of three to nine corners: with
+/// half of it on bends motions are 0.5 to 2 % shorter and take up to half again as long to time; on straight stretches
+/// half of it gains 0.2 %.
 const BETWEEN: [f64; 2] = [0.1, 0.02];
 
 /// Knots along the curve: fine enough that its shape hardly changes between two, finer towards the ends,

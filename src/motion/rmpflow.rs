@@ -33,7 +33,7 @@ use super::spheres::inner;
 pub const STEP: f64 = 1.0 / 300.0;
 /// The highest joint acceleration that is asked for, rad/s² (Euclidean over the joints).
 const MOST: f64 = 50.0;
-/// A motion that has not arrived after so long is given up, s: across the whole workspace it takes some 4 s.
+/// A motion that has not arrived after so long is given up, s: of the public problems the middle one takes 4 to 6 s.
 const LONGEST: f64 = 20.0;
 /// A motion slower than this for [`RESTING`] s has come to rest, rad/s.
 const STILL: f64 = 2e-3;
@@ -42,8 +42,8 @@ const RESTING: f64 = 0.3;
 const ARRIVED: f64 = 0.02;
 /// Near enough to a corner on the way to go on to the next, rad.
 const PASSED: f64 = 0.3;
-/// How far what was run through may be left for fewer corners, rad: with 0.01 motions take three times as long when they are
-/// timed, with 0.05 half again as long.
+/// How far what was run through may be left for fewer corners, rad: on the public problems motions take twice as long with
+/// 0.01 when they are timed, and a third longer with 0.05.
 const BESIDE: f64 = 0.15;
 
 /// A ball of the robot and what it keeps away from.

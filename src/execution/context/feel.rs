@@ -68,6 +68,14 @@ impl Feel {
     }
 }
 
+/// What came of a line that ends where something is felt.
+struct Felt {
+    stopped: bool,
+    /// How far it went, and how far the rehearsal's went, m.
+    went: f64,
+    rehearsed: Option<f64>,
+}
+
 impl ActionContext {
     /// `arm.move_until([x, y, z], force)`: a straight line of the tool until `force` N are felt against it; returns how
     /// far it went, m.
@@ -76,24 +84,11 @@ impl ActionContext {
     ///
     /// [`Refusal::NothingFelt`] at its end, and [`Unrehearsed::Touch`] on an arm that goes further than the rehearsal did.
     pub fn move_until(&mut self, by: [f64; 3], force: f64) -> Result<f64, ActionError> {
-        let by = Vector3::from(by);
-        let Some(way) = by.try_normalize(1e-6) else { return Ok(0.0) };
-        let path = self.planned_path(|planner| planner.line_into(by))?;
-        let rehearsed = self.run.log.next(Kind::Felt, |entry| match entry {
-            Entry::Felt(went) => Some(*went),
-            _ => None,
-        })?;
-        let most = rehearsed.map_or(by.norm(), |went| by.norm().min(went + FURTHER));
-        let gone = self.feel_along(&path, &way, most, (force, FEELING));
-        let went = (self.setting.cell.tool_pose(&self.run.q).origin()
-            - self.setting.cell.tool_pose(&path[0]).origin())
-        .dot(&way);
-        self.run.log.record(Entry::Felt(went));
-        if gone? {
-            return Ok(went);
-        }
+        let Some(felt) = self.felt_line(by, force, FEELING)? else { return Ok(0.0) };
+        let Felt { stopped, went, rehearsed } = felt;
         match rehearsed {
-            Some(rehearsed) if most < by.norm() => {
+            _ if stopped => Ok(went),
+            Some(rehearsed) if rehearsed + FURTHER < Vector3::from(by).norm() => {
                 Err(ActionError::Unrehearsed(Unrehearsed::Touch { went, rehearsed }))
             }
             _ => Err(Refusal::NothingFelt { force, way: went }.into()),
@@ -107,21 +102,31 @@ impl ActionContext {
     ///
     /// When the way cannot be planned, or the joints do not feel what pulls that way.
     pub fn pull(&mut self, by: [f64; 3], force: f64) -> Result<f64, ActionError> {
+        Ok(self.felt_line(by, force, PULLING)?.map_or(0.0, |felt| felt.went))
+    }
+
+    /// A straight line of the tool at a speed, m/s, until `force` N are felt against it or it ends; `None` for one of no
+    /// length. How far it went is in the log whatever came of it.
+    fn felt_line(
+        &mut self,
+        by: [f64; 3],
+        force: f64,
+        speed: f64,
+    ) -> Result<Option<Felt>, ActionError> {
         let by = Vector3::from(by);
-        let Some(way) = by.try_normalize(1e-6) else { return Ok(0.0) };
+        let Some(way) = by.try_normalize(1e-6) else { return Ok(None) };
         let path = self.planned_path(|planner| planner.line_into(by))?;
         let rehearsed = self.run.log.next(Kind::Felt, |entry| match entry {
             Entry::Felt(went) => Some(*went),
             _ => None,
         })?;
         let most = rehearsed.map_or(by.norm(), |went| by.norm().min(went + FURTHER));
-        let done = self.feel_along(&path, &way, most, (force, PULLING));
+        let stopped = self.feel_along(&path, &way, most, (force, speed));
         let went = (self.setting.cell.tool_pose(&self.run.q).origin()
             - self.setting.cell.tool_pose(&path[0]).origin())
         .dot(&way);
         self.run.log.record(Entry::Felt(went));
-        done?;
-        Ok(went)
+        Ok(Some(Felt { stopped: stopped?, went, rehearsed }))
     }
 
     /// Goes along a path until so many N are felt, at most so far, m, at so many m/s; returns whether they were.
