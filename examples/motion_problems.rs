@@ -1,13 +1,17 @@
-//! Two ways to find free motions on the public problems of `MotionBenchMaker`, with the grasps for the Gen3:
-//! `cargo run --release --example motion_problems -- FOLDER` (with `motionbenchmaker`'s `panda.json` and
-//! `gen3_goals.json`).
+//! Two ways to find free motions on the public problems of `MotionBenchMaker`, with the grasps for the Gen3.
+//!
+//! `cargo run --release --example motion_problems [DATA] [N]`: the first `N` problems of each set (default 2) in
+//! `DATA` (`panda.json` and `gen3_goals.json`; default `../shared/data/public/motionbenchmaker`).
 //!
 //! A line for each set and means: how many problems are solved, of those how many motions touch nothing at 500
 //! configurations a radian; medians of the time to plan (ms), of it for a step of the policies (µs), and to time (ms); means
 //! of the motion's duration (s), length (rad) and jerk (root of the mean square, rad/s³).
 
-#![expect(clippy::unwrap_used, reason = "a failed unwrap here is a file that is not what it says")]
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "its output is what it is for")]
+#![expect(
+    clippy::unwrap_used,
+    reason = "a failed unwrap here is a file or an argument that is not what it says"
+)]
+#![expect(clippy::print_stdout, reason = "its output is what it is for")]
 #![expect(clippy::disallowed_methods, reason = "it measures time")]
 
 use std::path::PathBuf;
@@ -24,16 +28,19 @@ use trueup::motion::{Budget, Robot};
 mod problems;
 
 fn main() {
-    let folder = std::env::args().nth(1).map(PathBuf::from);
-    let Some(folder) = folder.filter(|folder| folder.join("gen3_goals.json").exists()) else {
-        eprintln!("motion_problems FOLDER: a folder with panda.json and gen3_goals.json");
-        std::process::exit(2);
-    };
+    let mut arguments = std::env::args().skip(1);
+    let data = arguments.next().unwrap_or_else(|| "../shared/data/public/motionbenchmaker".into());
+    let of_each = arguments.next().map_or(2, |n| n.parse().unwrap());
+    let folder = PathBuf::from(data);
+    if !folder.join("gen3_goals.json").exists() {
+        println!("skipped: {} is not here", folder.display());
+        return;
+    }
     let robot = Robot::gen3();
     println!(
         "set                  means    solved      free  plan/ms step/us  time/ms  duration/s length/rad jerk"
     );
-    for (set, problems) in problems::problems(&folder, &robot, usize::MAX) {
+    for (set, problems) in problems::problems(&folder, &robot, of_each) {
         for means in [Means::Rrt, Means::Rmpflow] {
             println!("{set:20} {means:<8?} {}", Tried::on(&robot, &problems, means).line());
         }
