@@ -20,10 +20,13 @@ use super::outline::{ObjectPose, Outline, Projector};
 use super::picture::Picture;
 use super::placement::Hidden;
 use super::refine::strongest;
+use super::segment::{Prompt, segment};
 use crate::fit::{self, Fit, Loss, Residuals};
 use crate::world::frame::Object;
-use crate::world::{Camera, Material, Point, Shape};
+use crate::world::{Camera, Form, Material, Point, Shape, Unknown};
 
+/// Room around a region, as a share of its box: a box drawn by hand is as loose, and the cut expects that.
+const ROOM: f64 = 0.15;
 /// Points of the outline that are compared. Chosen: one every few pixels of a thing in a picture of a megapixel.
 const POINTS: usize = 160;
 /// Heights that are begun with, in the thing's width: of a plate, of a cube, of a can and of a bottle.
@@ -71,6 +74,21 @@ pub struct Measured {
     pub colour: [u8; 3],
 }
 
+impl Measured {
+    /// Bounds the thing more closely than what its region in the picture alone says.
+    pub fn bound(self) -> Unknown {
+        let worst = self.size_std.iter().fold(self.std, |worst, std| worst.max(*std));
+        let within = 2.0 * worst;
+        let Self { shape, world_from_object, colour, .. } = self;
+        Unknown {
+            at: world_from_object.origin().xy().into(),
+            radius: shape.outer_radius() + within,
+            height: shape.height() + within,
+            form: Some(Form { shape, world_from_object, within, colour }),
+        }
+    }
+}
+
 /// Why a thing was not measured.
 #[derive(Debug, Clone, Copy, PartialEq, ThisError)]
 pub enum Unmeasured {
@@ -83,6 +101,26 @@ pub enum Unmeasured {
     /// A solid fits, and so do others: the standard deviation of a size, m.
     #[error("this view does not tell its size, ± {:.0} mm on one side; take a photograph from another place", .0 * 1e3)]
     Undetermined(f64),
+    /// Nothing in the region stands out from what is around it.
+    #[error("it cannot be cut out")]
+    Uncut,
+}
+
+/// Measures what stands in a box of the picture, `[u0, v0, u1, v1]` px, as [`super::vision::unexplained_regions`] finds it.
+///
+/// # Errors
+///
+/// [`Unmeasured`] as [`measure`] does, or when nothing can be cut out there.
+pub fn measure_in(
+    picture: &Picture,
+    image: &RgbImage,
+    camera: &Camera,
+    [u0, v0, u1, v1]: [f64; 4],
+) -> Result<Measured, Unmeasured> {
+    let (du, dv) = (ROOM * (u1 - u0), ROOM * (v1 - v0));
+    let around = Prompt::Box([u0 - du, v0 - dv, u1 + du, v1 + dv]);
+    let cut = segment(picture, &around).ok_or(Unmeasured::Uncut)?;
+    measure(picture, image, camera, &cut.mask)
 }
 
 /// Measures the thing that a mask of the picture's size covers.
@@ -92,12 +130,12 @@ pub enum Unmeasured {
 /// [`Unmeasured`] when the mask's outline is not that of a solid, is hidden or leaves the picture, when neither solid
 /// fits it, or when solids of other sizes fit as well.
 pub fn measure(
+    picture: &Picture,
     image: &RgbImage,
     camera: &Camera,
     mask: &GrayImage,
 ) -> Result<Measured, Unmeasured> {
-    let picture = Picture::new(image);
-    let contour = Contour::of(mask, &picture, &Hidden::default(), Material::Opaque)?;
+    let contour = Contour::of(mask, picture, &Hidden::default(), Material::Opaque)?;
     let own = contour.pixels.iter().zip(&contour.own).filter(|(_, own)| **own);
     let own: Vec<Vector2<f64>> = own.map(|(pixel, _)| *pixel).collect();
     let points: Vec<Vector2<f64>> =
@@ -125,7 +163,7 @@ pub fn measure(
     if rms_px > MISFIT * start.size_px {
         return Err(Unmeasured::Misfit(rms_px));
     }
-    let found = refined(&view, &picture, found.x).ok_or(Unmeasured::Misfit(rms_px))?;
+    let found = refined(&view, picture, found.x).ok_or(Unmeasured::Misfit(rms_px))?;
     let rms_px = EDGE_PX * found.rms;
     let (shape, world_from_object) = solid(&found.x);
     let far = (world_from_object.origin() - view.eye()).norm();

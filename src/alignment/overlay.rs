@@ -2,6 +2,7 @@
 
 use image::{Rgb, RgbImage};
 
+use super::outline::{Outline, Projector};
 use super::vision::Sighting;
 use crate::world::frame::World;
 use crate::world::{Camera, Point, Unknown};
@@ -9,6 +10,9 @@ use crate::world::{Camera, Point, Unknown};
 /// Colours that stay apart for the colour-blind (Okabe and Ito), one per object in turn.
 const COLOURS: [[u8; 3]; 6] =
     [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [213, 94, 0], [204, 121, 167]];
+
+/// The colour around what no scene declares: none of those above.
+const UNDECLARED: [u8; 3] = [230, 20, 20];
 
 /// Steps of a dashed line, px of a picture 640 px wide: a dash and a gap are each this long.
 const DASH: f64 = 6.0;
@@ -91,11 +95,20 @@ pub fn outline(image: &mut RgbImage, contour: &[[f64; 2]], k: usize) {
     }
 }
 
-/// Draws the circle on the table that bounds each thing that no scene declares, in red.
+/// Draws around each thing that no scene declares, in red: its outline if it was measured, else the circle on the table that
+/// bounds it.
 pub fn outline_unknown(image: &mut RgbImage, camera: &Camera, others: &[Unknown]) {
     // Chosen: on a picture chords of 48 leave a circle of 300 px radius by 0.6 px.
     const CORNERS: u32 = 48;
+    let view = Projector::new(camera);
     for other in others {
+        if let Some(form) = &other.form {
+            let outline = Outline::new(&view, &form.shape, &form.world_from_object, 2).hull;
+            for (a, b) in outline.iter().zip(outline.iter().cycle().skip(1)) {
+                stroke(image, [a.x, a.y], [b.x, b.y], UNDECLARED);
+            }
+            continue;
+        }
         let rim = (0..=CORNERS).filter_map(|k| {
             let turn = std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
             let (x, y) = (other.radius * turn.cos(), other.radius * turn.sin());
@@ -103,7 +116,7 @@ pub fn outline_unknown(image: &mut RgbImage, camera: &Camera, others: &[Unknown]
         });
         let rim: Vec<[f64; 2]> = rim.map(|pixel| [pixel.u, pixel.v]).collect();
         for pair in rim.windows(2) {
-            stroke(image, pair[0], pair[1], [230, 20, 20]);
+            stroke(image, pair[0], pair[1], UNDECLARED);
         }
     }
 }

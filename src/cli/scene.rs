@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use image::RgbImage;
 
-use crate::alignment::measure::{Measured, measure};
+use crate::alignment::measure::{Measured, measure_in};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::overlay;
 use crate::alignment::picture::Picture;
-use crate::alignment::segment::{Prompt, segment};
 use crate::alignment::vision::{self, Options, Sighting};
 use crate::files::write;
 use crate::report::exit::Exit;
@@ -43,8 +42,6 @@ pub(super) struct FromArgs {
     drawn: Option<PathBuf>,
 }
 
-/// Room around a region, as a share of its box: a box drawn by hand is as loose, and the cut expects that.
-const ROOM: f64 = 0.15;
 /// So probable a thing of the scene must be to stay as declared: what `docs/seeing.md` calls sure.
 const SURE: f64 = 0.9;
 
@@ -80,11 +77,9 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
     let looked = Picture::new(&image);
     let (mut things, mut missed) = (Vec::new(), Vec::new());
     for region in regions.map_err(wrong)? {
-        let cut = segment(&looked, &Prompt::Box(loose(region.in_picture)));
-        match cut.map(|cut| measure(&image, &camera, &cut.mask)) {
-            Some(Ok(found)) => things.push(found),
-            Some(Err(why)) => missed.push((region.bound.at, why.to_string())),
-            None => missed.push((region.bound.at, "it cannot be cut out".to_owned())),
+        match measure_in(&looked, &image, &camera, region.in_picture) {
+            Ok(found) => things.push(found),
+            Err(why) => missed.push((region.bound.at, why.to_string())),
         }
     }
     // From left to right, as a person would count them.
@@ -128,11 +123,6 @@ fn name_of(path: &Path) -> Result<String, Failure> {
     Err(Failure::input("new::name", format!("`{stem}` is not a name"))
         .at(path.display().to_string())
         .help("lower-case letters, digits and `_`, a letter first, such as `breakfast.task`"))
-}
-
-fn loose([u0, v0, u1, v1]: [f64; 4]) -> [f64; 4] {
-    let (du, dv) = (ROOM * (u1 - u0), ROOM * (v1 - v0));
-    [u0 - du, v0 - dv, u1 + du, v1 + dv]
 }
 
 /// Returns the scene with what was seen and measured, and what to say of each thing.

@@ -218,6 +218,11 @@ impl Belief {
         }
     }
 
+    /// Returns what else was seen on the table.
+    pub fn unknown(&self) -> &[Unknown] {
+        &self.unknown
+    }
+
     /// Knows how the finger pads hold.
     #[must_use]
     pub fn with_pads(self, pads: Pads) -> Self {

@@ -164,10 +164,11 @@ impl Body for RealBody {
             ..vision::Options::default()
         };
         let name = self.next_look();
+        let before = self.belief.unknown().to_vec();
         self.looking = Some(std::thread::spawn(move || {
             let photo = shot();
             let seen = vision::see(&photo, &camera, &scene, &options)?;
-            let others = vision::unexplained(&photo, &camera, &scene, &seen, &options)?;
+            let others = vision::unexplained(&photo, &camera, &scene, &seen, &options, &before)?;
             let mut image = annotate(&photo, &seen);
             outline_unknown(&mut image, &camera, &others);
             Ok((Event::picture(name, &image), seen, others))

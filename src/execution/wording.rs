@@ -6,8 +6,9 @@ use std::fmt::{Display, Write as _};
 
 use crate::alignment::vision::Sighting;
 use crate::http::Address;
+use crate::scene::write::colour_word;
 use crate::world::region::TABLE;
-use crate::world::{Intrinsics, Region, Unknown};
+use crate::world::{Intrinsics, Region, Shape, Unknown};
 
 use super::calibrate::arm::ArmFit;
 
@@ -257,14 +258,33 @@ pub(super) fn seen(sighting: &Sighting) -> String {
 
 /// What was seen on the table that the scene does not declare.
 pub(super) fn seen_unknown(other: &Unknown) -> String {
+    let what = match &other.form {
+        Some(form) => {
+            let [x, y, z] = sides(&form.shape).map(|side| side * 1e3);
+            let colour = colour_word(form.colour);
+            if form.shape.faces().is_some() {
+                format!("a {colour} box of {x:.0} x {y:.0} x {z:.0} mm")
+            } else {
+                format!("a {colour} can of {x:.0} mm, {z:.0} mm high,")
+            }
+        }
+        None => format!(
+            "something at most {:.0} cm wide and {:.0} cm high",
+            other.radius * 200.0,
+            other.height * 100.0
+        ),
+    };
     format!(
-        "camera: something that the scene does not declare at ({:.0}, {:.0}) cm, at most {:.0} cm wide and {:.0} cm high; the \
-         arm keeps clear of it",
+        "camera: {what} that the scene does not declare at ({:.0}, {:.0}) cm; the arm keeps clear of it",
         other.at[0] * 100.0,
-        other.at[1] * 100.0,
-        other.radius * 200.0,
-        other.height * 100.0
+        other.at[1] * 100.0
     )
+}
+
+/// How long a shape is along x, y and z, m.
+fn sides(shape: &Shape) -> [f64; 3] {
+    let [x, y] = shape.faces().unwrap_or([2.0 * shape.outer_radius(); 2]);
+    [x, y, shape.height()]
 }
 
 /// That a thing is not seen upright where it was put.

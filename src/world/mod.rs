@@ -45,7 +45,7 @@ pub struct ObjectState {
 }
 
 /// Something on the table that no scene declares, bounded by an upright cylinder.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Unknown {
     /// The middle of the cylinder on the table, m.
     pub at: [f64; 2],
@@ -53,6 +53,22 @@ pub struct Unknown {
     pub radius: f64,
     /// Its height, m: nothing of the thing is higher.
     pub height: f64,
+    /// What it is, if its outline told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form: Option<Form>,
+}
+
+/// The form of something that no scene declares, as it was measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Form {
+    /// A box or a can, sizes in m.
+    pub shape: Shape,
+    /// Where it stands.
+    pub world_from_object: Pose<frame::World, frame::Object>,
+    /// So far its sides may be off, m: two standard deviations of place and sizes.
+    pub within: f64,
+    /// Its colour, sRGB.
+    pub colour: [u8; 3],
 }
 
 /// Everything that changes, at one instant.

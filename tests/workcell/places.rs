@@ -6,6 +6,7 @@ use trueup::language::ast::Step;
 use trueup::language::{Source, parse_line};
 use trueup::trace::Nobody;
 use trueup::workcell::{Ending, Options, Run, Stdlib, WorkCell};
+use trueup::world::Shape;
 
 use super::options;
 
@@ -145,7 +146,12 @@ fn what_no_scene_declares_is_seen_and_kept_clear_of() {
     let [other] = state.unknown.as_slice() else { panic!("{:?}", state.unknown) };
     let off = (other.at[0] - 0.72).hypot(other.at[1] + 0.22);
     assert!(off < other.radius, "{other:?}");
-    assert!(other.radius < 0.12 && other.height > 0.08 && other.height < 0.25, "{other:?}");
+    let form = other.form.as_ref().expect("a box is measured");
+    let Shape::Cuboid { size } = form.shape else { panic!("{form:?}") };
+    let [long, short] = [size.x.max(size.y), size.x.min(size.y)];
+    let sizes = [long - 0.06, short - 0.05, size.z - 0.08];
+    assert!(sizes.iter().all(|off| off.abs() < form.within.max(0.003)), "{form:?}");
+    assert!(other.radius < 0.06 && other.height < 0.10, "{other:?}");
     // Put beside another thing, and not into what nobody knows.
     let put = state.object("a").unwrap().world_from_object.unwrap().origin();
     assert!((put.x - 0.72).hypot(put.y + 0.22) > 0.06, "{put}");

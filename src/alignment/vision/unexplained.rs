@@ -1,15 +1,17 @@
 //! What the picture shows on the table that no object of the scene explains.
 //!
 //! Bare table has one colour up to its light, so the chromaticity of a pixel tells what is not table and leaves shadows
-//! alone. What is in the table's colour, or clear as glass, is not noticed. A region is bounded, not measured: what
-//! stands somewhere under it is inside a cylinder over its extent on the table, at most so high as the region is long
-//! in the direction of view.
+//! alone. What is in the table's colour, or clear as glass, is not noticed. A region whose outline is that of a
+//! box or a can is measured. Any other is bounded: what stands somewhere under it is inside a cylinder over its extent on
+//! the table, at most so high as the region is long in the direction of view.
 
 use image::{GrayImage, Luma, RgbImage};
 use imageproc::region_labelling::{Connectivity, connected_components};
 use nalgebra::Vector2;
 
 use super::{Error, Options, Sighting, check_size};
+use crate::alignment::measure::{Measured, measure_in};
+use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
 use crate::world::{Camera, Pixel, Scene, Unknown};
 
@@ -32,10 +34,16 @@ const AROUND_EDGE: f64 = 0.02;
 const AROUND_BASE: f64 = 0.20;
 /// The smallest region that is told, m²: a cube of 2 cm.
 const LEAST_AREA: f64 = 4e-4;
+/// A thing is where it was if the box around it in the picture is, to so much, px: three of the pixels that regions are made
+/// of.
+const AS_BEFORE_PX: f64 = 3.0 * QUARTER;
+/// Points of an edge of a solid: its corners, and one between.
+const CORNERS: usize = 2;
 /// Nothing on a table is taken to be higher, m.
 const HIGHEST: f64 = 0.4;
 
-/// Returns what is on the table and in no sighting, largest first.
+/// Returns what is on the table and in no sighting, largest first, with its form where its outline tells. `before` is what
+/// an earlier picture showed: what is where it was is not measured again.
 ///
 /// # Errors
 ///
@@ -46,9 +54,35 @@ pub fn unexplained(
     scene: &Scene,
     sightings: &[Sighting],
     options: &Options,
+    before: &[Unknown],
 ) -> Result<Vec<Unknown>, Error> {
     let regions = unexplained_regions(image, camera, scene, sightings, options)?;
-    Ok(regions.into_iter().map(|region| region.bound).collect())
+    let (mut picture, view) = (None, Projector::new(camera));
+    let known = regions.into_iter().map(|region| {
+        if let Some(same) = before.iter().find(|it| is_there(it, &view, region.in_picture)) {
+            return same.clone();
+        }
+        let picture = picture.get_or_insert_with(|| Picture::new(image));
+        let measured = measure_in(picture, image, camera, region.in_picture);
+        measured.map_or(region.bound, Measured::bound)
+    });
+    Ok(known.collect())
+}
+
+/// Whether a thing that was measured before, standing where it stood, is what a box of the picture (`[u0, v0, u1, v1]`, px)
+/// shows.
+fn is_there(before: &Unknown, view: &Projector, in_picture: [f64; 4]) -> bool {
+    before.form.as_ref().is_some_and(|form| {
+        let hull = Outline::new(view, &form.shape, &form.world_from_object, CORNERS).hull;
+        let ends = |of: fn(f64, f64) -> f64| {
+            hull.iter().copied().reduce(|a, b| Vector2::new(of(a.x, b.x), of(a.y, b.y)))
+        };
+        let [u0, v0, u1, v1] = in_picture;
+        ends(f64::min).zip(ends(f64::max)).is_some_and(|(low, high)| {
+            let off = [low.x - u0, low.y - v0, high.x - u1, high.y - v1];
+            off.iter().all(|off| off.abs() < AS_BEFORE_PX)
+        })
+    })
 }
 
 /// What no sighting explains: where it may be, and where it is in the picture.
@@ -205,7 +239,7 @@ fn bounded(
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(near, far), d| (near.min(d), far.max(d)));
         let slope = eye.z / ray.xy().norm().max(1e-6);
         let height = ((far - near) * slope).clamp(0.0, HIGHEST);
-        let bound = Unknown { at: centre.into(), radius, height };
+        let bound = Unknown { at: centre.into(), radius, height, form: None };
         found.push(Unexplained { bound, in_picture: *in_picture });
     }
     found.sort_by(|a, b| b.bound.radius.total_cmp(&a.bound.radius));
