@@ -52,6 +52,8 @@ pub enum Why {
     },
     /// There is nothing in the hand.
     EmptyHand,
+    /// The hand is over the opening that is to be poured from.
+    OverOpening,
     /// Pushed, it would tip over.
     Topples {
         /// How high it is, m.
@@ -116,6 +118,7 @@ impl std::fmt::Display for NoWay {
                 least * 1e3
             ),
             Why::EmptyHand => write!(f, "there is nothing in the hand"),
+            Why::OverOpening => write!(f, "the hand that holds it from above is over its opening"),
             Why::NotWithin(seconds) => {
                 write!(f, "none was found within a budget of about {seconds} s of computing")
             }

@@ -32,7 +32,10 @@ impl WorkCell {
         self.scripts.context().set_past(Past::default());
         let mut tried_branches = BTreeMap::new();
         let mut used: BTreeMap<String, u32> = BTreeMap::new();
-        let mut best = self.rehearse(&candidates, on)?;
+        let mut best = match self.rehearse(&candidates, on) {
+            Err(none @ Error::NoSurvivor { .. }) => self.rehearse_others(&candidates, none, on)?,
+            found => found?,
+        };
         let mut again = 0;
         loop {
             self.audience.phase("execute", wording::arm_moves());
@@ -107,6 +110,24 @@ impl WorkCell {
         Ok((0..n)
             .map(|i| Candidate { pg: pgs[i % pgs.len()].clone(), from: 0, variant: i / pgs.len() })
             .collect())
+    }
+
+    /// Rehearses, where none of the likeliest parse graphs succeeds, as many less likely ones.
+    fn rehearse_others(
+        &mut self,
+        tried: &[Candidate],
+        none: Error,
+        on: &mut UnderWay<'_>,
+    ) -> Result<Rehearsal, Error> {
+        let mut others = self.parses(on.graph, on.start, tried.len())?;
+        others.retain(|pg| tried.iter().all(|candidate| candidate.pg != *pg));
+        let others: Vec<Candidate> =
+            others.into_iter().map(|pg| Candidate { pg, from: 0, variant: 0 }).collect();
+        if others.is_empty() {
+            return Err(none);
+        }
+        self.audience.note(wording::other_plans());
+        self.rehearse(&others, on).map_err(|error| none.or_farther(error))
     }
 
     /// The rest of a parse graph from a step on, with every set of choices.
@@ -185,6 +206,7 @@ impl WorkCell {
             None => Ok(best),
             Some((index, failure)) => Err(Error::NoSurvivor {
                 tried: n,
+                reached: index,
                 step: best.candidate.pg.steps[index].text.clone(),
                 failure: Box::new(failure.clone()),
             }),

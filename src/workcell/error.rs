@@ -113,6 +113,8 @@ pub enum Error {
     NoSurvivor {
         /// How many were tried.
         tried: usize,
+        /// How many steps the best one did.
+        reached: usize,
         /// Where the best one failed.
         step: String,
         /// Why.
@@ -176,6 +178,23 @@ pub enum NoRun {
     /// Its document is no run.
     #[error("{0}")]
     Json(#[from] serde_json::Error),
+}
+
+impl Error {
+    /// Of two that say that no simulated plan succeeded, the one whose best plan got farther, for the plans of both; of any
+    /// other pair the second.
+    pub(super) fn or_farther(self, other: Self) -> Self {
+        let count = |error: &Self| match error {
+            Self::NoSurvivor { tried, reached, .. } => Some((*tried, *reached)),
+            _ => None,
+        };
+        let (Some(mine), Some(others)) = (count(&self), count(&other)) else { return other };
+        let mut kept = if others.1 > mine.1 { other } else { self };
+        if let Self::NoSurvivor { tried, .. } = &mut kept {
+            *tried = mine.0 + others.0;
+        }
+        kept
+    }
 }
 
 impl From<calibrate::Error> for Error {

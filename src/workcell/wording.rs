@@ -79,6 +79,11 @@ pub(super) fn plans((succeeded, all): (usize, usize), branches: &str, best: &Tri
     format!("{succeeded} of {all} simulated plan{s} succeeded{chosen}")
 }
 
+/// That less likely plans are simulated.
+pub(super) fn other_plans() -> &'static str {
+    "none of the likeliest plans succeeded; others are simulated"
+}
+
 /// Rehearsals of one choice of branches that went alike.
 pub(super) fn twin_line(branches: &str, variants: &str, went: &str) -> String {
     format!("twin: {branches}{variants} {went}")

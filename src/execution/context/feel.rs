@@ -179,9 +179,10 @@ impl ActionContext {
     /// Returns a path from where the arm came to feel something, when it begins next to there, in place of from where it
     /// was planned to begin.
     pub(super) fn slid(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let path = self.wound(path);
         let begins_near = |first: &Vec<f64>| self.run.felt && distance(first, &self.run.q) < SLID;
         let Some(first) = path.first().filter(|first| begins_near(first)) else {
-            return path.to_vec();
+            return path;
         };
         let off: Vec<f64> = self.run.q.iter().zip(first).map(|(is, was)| is - was).collect();
         let shift = |q: &Vec<f64>| q.iter().zip(&off).map(|(q, off)| q + off).collect();

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use rand::RngExt;
 
 use crate::motion::polyline::mix;
+use crate::motion::rrt::short_way;
 use crate::motion::trajectory::{self, Trajectory};
 use crate::world::Pose;
 use crate::world::frame::{Tool, World};
@@ -205,6 +206,7 @@ impl ActionContext {
         /// The share of the jerk that is used by a turn slower than the arm could make it: what is poured sloshes. Chosen: with
         /// twice as much a jar that had poured before gave 75 mL for 60, with this 56 (`two_cups` of `tests/tables`, seed 6).
         const GENTLE: f64 = 0.25;
+        let path = &self.wound(path)[..];
         let angle = turned_angle(&self.setting.cell.robot, path);
         let mut limits = self.paced(1.0);
         let timed = |limits: &trajectory::Limits| {
@@ -237,6 +239,7 @@ impl ActionContext {
 
     /// `arm.turn_back(path, rate)`: what is left of a turn, back to its beginning, from wherever it stopped.
     pub fn turn_back(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
+        let path = self.wound(path);
         let off = |q: &[f64]| distance(q, &self.run.q);
         let Some(at) = (0..path.len()).min_by(|&a, &b| off(&path[a]).total_cmp(&off(&path[b])))
         else {
@@ -253,6 +256,7 @@ impl ActionContext {
     /// of it. Measuring may decide how far, so the arm may go further than the rehearsal did, but not much.
     pub fn turn_to(&mut self, path: &[Vec<f64>], share: f64, rate: f64) -> Result<(), ActionError> {
         let share = share.clamp(0.0, 1.0);
+        let path = &self.wound(path)[..];
         let way = between(path, &self.run.q, share).ok_or(Refusal::NotOnPath)?;
         if self.run.log.is_playing() {
             let whole = turned_angle(&self.setting.cell.robot, path);
@@ -284,6 +288,21 @@ impl ActionContext {
             self.follow(&down, DOWN_SPEED)?;
         }
         self.follow(path, speed)
+    }
+
+    /// Returns a path with its joints that turn without an end turned by whole turns, so that it passes where the arm is as
+    /// the arm is wound now: what was planned before a free motion does not know how often round that goes.
+    pub(super) fn wound(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let as_now = |q: &Vec<f64>| short_way(&self.setting.cell.robot, &self.run.q, q);
+        let off = |q: &Vec<f64>| distance(&as_now(q), &self.run.q);
+        let Some(near) = path.iter().min_by(|a, b| off(a).total_cmp(&off(b))) else {
+            return Vec::new();
+        };
+        let by: Vec<f64> = as_now(near).iter().zip(near).map(|(is, was)| is - was).collect();
+        if by.iter().all(|by| by.abs() < 1.0) {
+            return path.to_vec();
+        }
+        path.iter().map(|q| q.iter().zip(&by).map(|(q, by)| q + by).collect()).collect()
     }
 
     /// Returns the way from where the hand is down to where it was at `q`; one point when it stands there.

@@ -4,7 +4,9 @@
 //! the water stays in is for the twin to say. Kinematics, collision and search are [`crate::motion`]'s.
 
 mod brim;
+mod detour;
 mod drawer;
+mod ends;
 mod grasp;
 mod grip;
 mod hollow;
@@ -275,10 +277,15 @@ impl Planner {
             }
         }
         for other in &self.state.unknown {
-            let shape = Shape::Cylinder { radius: other.radius, height: other.height };
-            let stands = Pose::<World, Object>::upright(other.at[0], other.at[1], 0.0, 0.0);
-            let stands = base_from_world * stands;
-            for solid in Obstacle::of_object(UNKNOWN, &shape, self.doubt, stands) {
+            let (shape, stands, within) = match &other.form {
+                Some(form) => (form.shape.clone(), form.world_from_object, form.within),
+                None => {
+                    let shape = Shape::Cylinder { radius: other.radius, height: other.height };
+                    (shape, Pose::upright(other.at[0], other.at[1], 0.0, 0.0), 0.0)
+                }
+            };
+            let (doubt, stands) = (self.doubt + within, base_from_world * stands);
+            for solid in Obstacle::of_object(UNKNOWN, &shape, doubt, stands) {
                 world.add(&solid);
             }
             world.ignore(TOOL, UNKNOWN);
@@ -399,10 +406,20 @@ impl Planner {
 
     /// Drops a path that touches something; returns its smallest clearance otherwise.
     fn clear(world: &CollisionWorld<'_>, path: &[Vec<f64>], dropped: &mut Dropped) -> Option<f64> {
+        Self::clear_by(world, path, 0.0, dropped)
+    }
+
+    /// Drops a path that comes as near as `room` m to something; returns its smallest clearance otherwise.
+    fn clear_by(
+        world: &CollisionWorld<'_>,
+        path: &[Vec<f64>],
+        room: f64,
+        dropped: &mut Dropped,
+    ) -> Option<f64> {
         let mut least = f64::INFINITY;
         for q in path {
             let nearest = world.clearance_or_overlap(q).expect("the path has one angle per joint");
-            if nearest.distance <= 0.0 {
+            if nearest.distance <= room {
                 dropped.touches(&nearest.first, &nearest.second);
                 return None;
             }

@@ -44,6 +44,10 @@ const BRANCHES: usize = 4;
 /// pads, are touched there because that is meant. Chosen: with half of it a table that is known to a centimetre
 /// blocks every place, with twice as much a thing beside the place is struck unseen.
 const MEANT: usize = 4;
+/// Room that a hand keeps from the walls of a vessel, and from what is beside it, where it sets something down in it, m: a
+/// calibrated arm is off by 2 to 4 mm (`docs/results.md`). Chosen: with none of it a wrist that passed a chest in the twin
+/// was stopped by it; with twice as much hardly a vessel is wide enough for a hand.
+const AT_WALLS: f64 = 0.004;
 /// What a way costs for each rad that the joint that turns most has to go, 1/rad: the unit of the others.
 const TRAVEL_COST: f64 = 1.0;
 /// What a rad of [`TURNS`] costs in that unit, 1/rad. Chosen: a turned hand costs less than a longer way, since it
@@ -115,10 +119,11 @@ impl Around<'_> {
         // The object itself may come close to what it is set down on at the very end of the way down.
         let (high, low) = way_down.split_at(way_down.len().saturating_sub(MEANT));
         let out = &way_out[MEANT.min(way_out.len())..];
-        let mut is_clear = |world, way| Planner::clear(world, way, dropped).is_some();
-        self.beside.as_ref().is_none_or(|beside| is_clear(beside, low))
-            && is_clear(&self.held, high)
-            && is_clear(&self.empty, out)
+        let mut is_clear =
+            |world, way, room| Planner::clear_by(world, way, room, dropped).is_some();
+        self.beside.as_ref().is_none_or(|beside| is_clear(beside, low, AT_WALLS))
+            && is_clear(&self.held, high, 0.0)
+            && is_clear(&self.empty, out, 0.0)
     }
 }
 
@@ -233,7 +238,8 @@ impl Planner {
         Ok(ways)
     }
 
-    /// Returns places on, or in, a thing where nothing else stands, nearest to its middle first, m.
+    /// Returns places on, or in, a thing where nothing else stands, m: nearest to its middle first, or, where several find room,
+    /// those first that leave the most of it.
     fn places_on(&self, o: &scene::Object, at: &str) -> Result<Vec<Vector3<f64>>, Why> {
         let scene = &self.cell.scene;
         let unseen = || Why::NotSeen(at.to_owned());
@@ -249,7 +255,8 @@ impl Planner {
         let half = sides.unwrap_or([round * FRAC_1_SQRT_2; 2]);
         let spread = half.map(|half| (half - radius).max(0.0));
         let steps = spread.map(|spread| (spread / GRID).floor() as i32);
-        // On what is hardly larger than the thing the middle is safest; a larger one is filled from its far end.
+        // On what is hardly larger than the thing the middle is safest; a larger one is filled from its ends and corners, far
+        // ones first.
         let is_wide = inside.is_none() && spread.iter().any(|spread| *spread >= radius);
         let base = scene.world_from_base.origin();
         let mut places = Vec::new();
@@ -280,8 +287,17 @@ impl Planner {
             let by = taken.unwrap_or_else(|| at.to_owned());
             return Err(Why::Blocked { tried: 0, by });
         }
-        places.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        Ok(places.into_iter().map(|(.., place)| place).collect())
+        // Another of its size would need so much from middle to middle.
+        let next = if is_wide { radius + o.shape.inner_radius() + CLOSE } else { 0.0 };
+        let costs = |spot: &Vector3<f64>| {
+            places.iter().filter(|(.., other)| (other - spot).norm() < next).count()
+        };
+        let mut ranked: Vec<_> = places
+            .iter()
+            .map(|(is_close, rank, spot)| ((*is_close, costs(spot)), *rank, *spot))
+            .collect();
+        ranked.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        Ok(ranked.into_iter().map(|(.., place)| place).collect())
     }
 
     /// Returns free places in a region that relations bound: those that are well inside first, and of these the ones

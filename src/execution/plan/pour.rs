@@ -3,7 +3,7 @@
 //! The lip stays still while the jar turns about it (`R(θ) = Rot(n, θ) R0`, `p(θ) = P - R(θ) l`), so the
 //! water leaves from one known point; whether it lands in the cup is for the twin to say.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
@@ -111,13 +111,17 @@ impl Planner {
     ///
     /// # Errors
     ///
-    /// [`NoWay`] when the hand is empty, a place is unknown, or no way is reachable and free.
+    /// [`NoWay`] when the hand is empty or over the source's opening, a place is unknown, or no way is reachable and free.
     pub fn pours(&self, source: &str, target: &str, clearance: f64) -> Result<Vec<Pour>, NoWay> {
         let what = wording::to_pour(source, target);
         let no = |why| NoWay { what: what.clone(), why };
         let (held, tool_from_object) = self.in_hand().ok_or_else(|| no(Why::EmptyHand))?;
         if held != source {
             return Err(no(Why::EmptyHand));
+        }
+        // Along the thing's own axis the hand points down.
+        if -tool_from_object.inverse().axis(2).z > FRAC_1_SQRT_2 {
+            return Err(no(Why::OverOpening));
         }
         let scene = &self.cell.scene;
         let shape = |name: &str| scene.object(name).map(|object| &object.shape);
