@@ -178,41 +178,81 @@ impl Curve {
 
     /// As [`Self::at`], of the stretch numbered `piece`, into memory that is there already.
     pub(super) fn on_piece(&self, piece: usize, s: f64, out: &mut At) {
-        let s = s.clamp(0.0, self.length());
+        self.slopes(piece, s, out);
+        let u = self.share(piece, s);
         let h = self.knots[piece + 1] - self.knots[piece];
-        let u = (s - self.knots[piece]) / h;
-        let n = out.q.len();
-        // Weights of the control points for the value and its derivatives by u.
         match &self.pieces[piece] {
+            Piece::Line { to, .. } | Piece::Corner { to, .. } | Piece::Cubic { to, .. }
+                if u >= 1.0 =>
+            {
+                out.q.copy_from_slice(to);
+            }
             Piece::Line { from, to } => {
-                for i in 0..n {
-                    let d = to[i] - from[i];
-                    out.q[i] = if u < 1.0 { from[i] + u * d } else { to[i] };
-                    out.dq[i] = d / h;
-                    out.ddq[i] = 0.0;
-                    out.dddq[i] = 0.0;
+                for (q, (from, to)) in out.q.iter_mut().zip(from.iter().zip(to)) {
+                    *q = from + u * (to - from);
                 }
             }
             Piece::Corner { from, corner, to } => {
-                let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = bend(u);
-                for i in 0..n {
-                    let (a, b) = (corner[i] - from[i], to[i] - corner[i]);
-                    out.q[i] = if u < 1.0 { from[i] + a0 * a + b0 * b } else { to[i] };
-                    out.dq[i] = (a1 * a + b1 * b) / h;
-                    out.ddq[i] = (a2 * a + b2 * b) / (h * h);
-                    out.dddq[i] = (a3 * a + b3 * b) / (h * h * h);
+                let ([a, ..], [b, ..]) = bend(u);
+                for (i, q) in out.q.iter_mut().enumerate() {
+                    *q = from[i] + a * (corner[i] - from[i]) + b * (to[i] - corner[i]);
                 }
             }
             Piece::Cubic { from, to, slope_from, slope_to } => {
+                for (i, q) in out.q.iter_mut().enumerate() {
+                    let (a, b, d) = (h * slope_from[i], h * slope_to[i], to[i] - from[i]);
+                    *q = from[i] + u * (a + u * (3.0 * d - 2.0 * a - b + u * (a + b - 2.0 * d)));
+                }
+            }
+        }
+    }
+
+    /// How far through the stretch numbered `piece` one is at `s`: 0 to 1.
+    fn share(&self, piece: usize, s: f64) -> f64 {
+        let [begin, end] = [self.knots[piece], self.knots[piece + 1]];
+        (s.clamp(0.0, self.length()) - begin) / (end - begin)
+    }
+
+    /// As [`Self::on_piece`], the derivatives alone.
+    pub(super) fn slopes(&self, piece: usize, s: f64, out: &mut At) {
+        let u = self.share(piece, s);
+        let h = self.knots[piece + 1] - self.knots[piece];
+        let n = out.dq.len();
+        let (dq, ddq, dddq) = (&mut out.dq[..n], &mut out.ddq[..n], &mut out.dddq[..n]);
+        let per = [h.recip(), h.powi(-2), h.powi(-3)];
+        match &self.pieces[piece] {
+            Piece::Line { from, to } => {
+                let (from, to) = (&from[..n], &to[..n]);
+                for i in 0..n {
+                    dq[i] = (to[i] - from[i]) * per[0];
+                }
+                ddq.fill(0.0);
+                dddq.fill(0.0);
+            }
+            Piece::Corner { from, corner, to } => {
+                let ([_, a1, a2, a3], [_, b1, b2, b3]) = bend(u);
+                let [a1, b1] = [a1, b1].map(|weight| weight * per[0]);
+                let [a2, b2] = [a2, b2].map(|weight| weight * per[1]);
+                let [a3, b3] = [a3, b3].map(|weight| weight * per[2]);
+                let (from, corner, to) = (&from[..n], &corner[..n], &to[..n]);
+                for i in 0..n {
+                    let (a, b) = (corner[i] - from[i], to[i] - corner[i]);
+                    dq[i] = a1 * a + b1 * b;
+                    ddq[i] = a2 * a + b2 * b;
+                    dddq[i] = a3 * a + b3 * b;
+                }
+            }
+            Piece::Cubic { from, to, slope_from, slope_to } => {
+                let (from, to) = (&from[..n], &to[..n]);
+                let (slope_from, slope_to) = (&slope_from[..n], &slope_to[..n]);
                 for i in 0..n {
                     let (a, b) = (h * slope_from[i], h * slope_to[i]);
                     let d = to[i] - from[i];
                     // Hermite: from + a u + (3d - 2a - b) u² + (a + b - 2d) u³.
                     let (c2, c3) = (3.0 * d - 2.0 * a - b, a + b - 2.0 * d);
-                    out.q[i] = if u < 1.0 { from[i] + u * (a + u * (c2 + u * c3)) } else { to[i] };
-                    out.dq[i] = (a + u * (2.0 * c2 + 3.0 * u * c3)) / h;
-                    out.ddq[i] = (2.0 * c2 + 6.0 * u * c3) / (h * h);
-                    out.dddq[i] = 6.0 * c3 / (h * h * h);
+                    dq[i] = (a + u * (2.0 * c2 + 3.0 * u * c3)) * per[0];
+                    ddq[i] = (2.0 * c2 + 6.0 * u * c3) * per[1];
+                    dddq[i] = 6.0 * c3 * per[2];
                 }
             }
         }

@@ -64,6 +64,8 @@ pub(super) struct Profile {
     t: Vec<f64>,
     s: Vec<f64>,
     v: Vec<f64>,
+    /// The rate of `v` from each knot on; none after the last.
+    a: Vec<f64>,
     /// The integral of `s` up to each knot.
     sum: Vec<f64>,
 }
@@ -78,11 +80,7 @@ impl Profile {
     pub(super) fn after(&self, passed: usize, t: f64) -> [f64; 4] {
         let Some(k) = passed.checked_sub(1) else { return [0.0; 4] };
         let tau = t - self.t[k];
-        let (s, v) = (self.s[k], self.v[k]);
-        let a = match self.t.get(k + 1) {
-            Some(next) => (self.v[k + 1] - v) / (next - self.t[k]),
-            None => 0.0,
-        };
+        let (s, v, a) = (self.s[k], self.v[k], self.a[k]);
         [
             self.sum[k] + tau * (s + tau * (v / 2.0 + tau * a / 6.0)),
             s + tau * (v + tau * a / 2.0),
@@ -127,10 +125,10 @@ impl Shape {
             let piece = curve.piece_at(s);
             let mut most = f64::INFINITY;
             if piece > 0 && curve.knots()[piece] >= s {
-                curve.on_piece(piece - 1, s, &mut at);
+                curve.slopes(piece - 1, s, &mut at);
                 most = bend_allows(&at, limits);
             }
-            curve.on_piece(piece, s, &mut at);
+            curve.slopes(piece, s, &mut at);
             most = most.min(bend_allows(&at, limits));
             shape.dq.extend_from_slice(&at.dq);
             shape.ddq.extend_from_slice(&at.ddq);
@@ -155,7 +153,7 @@ impl Shape {
 /// Returns the largest square of the speed along a curve at which the speed of each joint, and the jerk that the bend of
 /// the curve alone asks for, keep their limits.
 fn bend_allows(at: &At, limits: &Limits) -> f64 {
-    let mut most = f64::INFINITY;
+    let (mut most, mut jerks) = (f64::INFINITY, 0.0_f64);
     for i in 0..at.dq.len() {
         let (d, dd, ddd) = (at.dq[i].abs(), at.ddq[i].abs(), at.dddq[i].abs());
         if d > LEAST {
@@ -163,11 +161,9 @@ fn bend_allows(at: &At, limits: &Limits) -> f64 {
         } else if dd > LEAST {
             most = most.min(limits.acceleration[i] / dd);
         }
-        if ddd > LEAST {
-            most = most.min((limits.jerk[i] / ddd).cbrt().powi(2));
-        }
+        jerks = jerks.max(ddd / limits.jerk[i]);
     }
-    most
+    if jerks > 0.0 { most.min(jerks.cbrt().powi(-2)) } else { most }
 }
 
 /// Derivatives by the length of a curve below this are none: no limit comes near through them.
@@ -185,8 +181,8 @@ pub(super) fn fastest(shape: &Shape, limits: &Limits, pace: &[f64]) -> Profile {
         top[i] = highest(shape, i, limits, pace[i] * pace[i], (top[i + 1], step(i)));
     }
     top[0] = 0.0;
-    let mut profile =
-        Profile { t: vec![0.0; n], s: shape.s.clone(), v: vec![0.0; n], sum: vec![0.0; n] };
+    let none = || vec![0.0; n];
+    let mut profile = Profile { t: none(), s: shape.s.clone(), v: none(), a: none(), sum: none() };
     let mut x = 0.0;
     for i in 0..n - 1 {
         let push = hardest_push(shape, i, limits, pace[i] * pace[i], x);
@@ -194,6 +190,7 @@ pub(super) fn fastest(shape: &Shape, limits: &Limits, pace: &[f64]) -> Profile {
         let (v, next) = (profile.v[i], f64::sqrt(x));
         let h = 2.0 * step(i) / (v + next).max(1e-9);
         let a = (next - v) / h;
+        profile.a[i] = a;
         profile.v[i + 1] = next;
         profile.t[i + 1] = profile.t[i] + h;
         profile.sum[i + 1] = profile.sum[i] + h * (shape.s[i] + h * (v / 2.0 + h * a / 6.0));

@@ -18,6 +18,10 @@ use super::profile::{Limits, Profile, Shape, fastest};
 /// on random paths of two to nine corners.
 const ROUNDS: usize = 4;
 
+/// A motion that takes less than so many windows is tried with both. Chosen: there the window is a tenth of the time, and
+/// which one is better shows only when what passes the limits is slowed; in longer motions the first look tells.
+const SHORT: f64 = 20.0;
+
 /// A share by which limits may be passed before another round is worth its time; the whole is slowed by it.
 const NEARLY: f64 = 1.003;
 
@@ -44,31 +48,26 @@ impl Timing {
         let mut looks = Looks::new(curve, limits);
         let rises = limits.acceleration.iter().zip(&limits.jerk).map(|(a, j)| a / j * MARGIN[2]);
         let rise = rises.fold(0.0, f64::max);
-        let mut best: Option<(Self, f64)> = None;
+        let profile = fastest(&shape, limits, &vec![1.0; shape.len()]);
+        let first = Round::of(Self { profile, window: rise }, &mut looks);
+        if first.stretch < NEARLY {
+            return (first.timing, first.stretch);
+        }
         // In the longer window a push may turn into a brake at once, in the shorter one speeds are reached sooner.
-        for (is_first, window) in [(true, rise), (false, 2.0 * rise)] {
-            let mut pace = vec![1.0; shape.len()];
-            for round in 0..ROUNDS {
-                let timing = Self { profile: fastest(&shape, limits, &pace), window };
-                let mut over = vec![1.0; shape.len()];
-                let stretch = timing.excess(&mut looks, &mut over);
-                if best.as_ref().is_none_or(|(best, slower)| {
-                    timing.duration() * stretch < best.duration() * slower
-                }) {
-                    best = Some((timing, stretch));
-                }
-                if stretch < NEARLY {
-                    if round == 0 && is_first {
-                        return best.expect("a round was made");
-                    }
-                    break;
-                }
-                for (pace, over) in pace.iter_mut().zip(over) {
-                    *pace /= over;
-                }
+        let longer = Self { window: 2.0 * rise, ..first.timing.clone() };
+        let longer = Round::of(longer, &mut looks);
+        let is_short = first.timing.duration() < SHORT * rise;
+        let (likelier, other) =
+            if longer.takes() < first.takes() { (longer, first) } else { (first, longer) };
+        let mut slowed = |begin: Round| slower_where_passed(&shape, limits, &mut looks, begin);
+        let mut best = slowed(likelier);
+        if is_short {
+            let other = slowed(other);
+            if other.takes() < best.takes() {
+                best = other;
             }
         }
-        best.expect("a round was made")
+        (best.timing, best.stretch)
     }
 
     /// Returns how long it takes, s.
@@ -117,6 +116,50 @@ impl Timing {
     }
 }
 
+/// Makes a profile slower where limits are passed, some times over, and returns the best timing met.
+fn slower_where_passed(shape: &Shape, limits: &Limits, looks: &mut Looks, begin: Round) -> Round {
+    let mut pace = vec![1.0; shape.len()];
+    let (mut over, mut stretch) = (begin.over.clone(), begin.stretch);
+    let mut best = begin;
+    for _ in 1..ROUNDS {
+        if stretch < NEARLY {
+            break;
+        }
+        for (pace, over) in pace.iter_mut().zip(&over) {
+            *pace /= over;
+        }
+        let profile = fastest(shape, limits, &pace);
+        let round = Round::of(Timing { profile, window: best.timing.window }, looks);
+        over.clone_from(&round.over);
+        stretch = round.stretch;
+        if round.takes() < best.takes() {
+            best = round;
+        }
+    }
+    best
+}
+
+/// A timing that was looked at.
+struct Round {
+    timing: Timing,
+    /// By how much the whole has to be slowed for the limits to hold, and each knot alone.
+    stretch: f64,
+    over: Vec<f64>,
+}
+
+impl Round {
+    fn of(timing: Timing, looks: &mut Looks) -> Self {
+        let mut over = vec![1.0; timing.profile.times().len()];
+        let stretch = timing.excess(looks, &mut over);
+        Self { timing, stretch, over }
+    }
+
+    /// How long the motion takes when it is slowed, s.
+    fn takes(&self) -> f64 {
+        self.timing.duration() * self.stretch
+    }
+}
+
 /// Looks at a motion along a curve, from its start to its end.
 struct Looks<'c> {
     curve: &'c Curve,
@@ -150,7 +193,7 @@ impl<'c> Looks<'c> {
 
     fn enter(&mut self, piece: usize) {
         self.piece = piece;
-        self.curve.on_piece(piece, self.curve.knots()[piece], &mut self.at);
+        self.curve.slopes(piece, self.curve.knots()[piece], &mut self.at);
         self.straight = self.curve.is_straight(piece).then(|| {
             self.shares.each_ref().map(|share| {
                 self.at.dq.iter().zip(share).map(|(d, k)| d.abs() * k).fold(0.0, f64::max)
@@ -191,13 +234,13 @@ impl<'c> Looks<'c> {
             let [far, fast, push] = self.before;
             let share = if s > far { ((met - far) / (s - far)).clamp(0.0, 1.0) } else { 1.0 };
             let then = [mixed(fast, v, share), mixed(push, a, share), jerk];
-            self.curve.on_piece(self.piece, met, &mut self.at);
+            self.curve.slopes(self.piece, met, &mut self.at);
             passed = passed.max(self.here(then));
             self.enter(self.piece + 1);
             passed = passed.max(self.here(then));
         }
         self.before = [s, v, a];
-        self.curve.on_piece(self.piece, s, &mut self.at);
+        self.curve.slopes(self.piece, s, &mut self.at);
         passed.max(self.here([v, a, jerk]))
     }
 
@@ -210,19 +253,29 @@ impl<'c> Looks<'c> {
         if speed <= 1.0 && acceleration <= 1.0 && jerk <= 1.0 {
             return 1.0;
         }
-        speed.max(acceleration.sqrt()).max(jerk.cbrt())
+        let slower = speed.max(acceleration.sqrt());
+        if jerk > slower.powi(3) { jerk.cbrt() } else { slower }
     }
 
     /// Returns the shares of the limits of speed, acceleration and jerk that are taken where the curve was evaluated.
     fn bent(&self, [v, a, j]: [f64; 3]) -> [f64; 3] {
-        let mut most = [0.0_f64; 3];
-        let (vv, va, vvv) = (v * v, 3.0 * v * a, v * v * v);
         let At { dq, ddq, dddq, .. } = &self.at;
-        for i in 0..dq.len() {
-            let share = |k: usize, rate: f64| rate.abs() * self.shares[k][i];
-            most[0] = most[0].max(share(0, dq[i] * v));
-            most[1] = most[1].max(share(1, dq[i] * a + ddq[i] * vv));
-            most[2] = most[2].max(share(2, dq[i] * j + ddq[i] * va + dddq[i] * vvv));
+        let n = dq.len();
+        let (dq, ddq, dddq) = (&dq[..n], &ddq[..n], &dddq[..n]);
+        let [fast, push, turn] = self.shares.each_ref().map(|shares| &shares[..n]);
+        let (vv, va, vvv) = (v * v, 3.0 * v * a, v * v * v);
+        let mut most = [0.0_f64; 3];
+        for i in 0..n {
+            let shares = [
+                (dq[i] * v).abs() * fast[i],
+                (dq[i] * a + ddq[i] * vv).abs() * push[i],
+                (dq[i] * j + ddq[i] * va + dddq[i] * vvv).abs() * turn[i],
+            ];
+            for (most, share) in most.iter_mut().zip(shares) {
+                if share > *most {
+                    *most = share;
+                }
+            }
         }
         most
     }
