@@ -11,7 +11,7 @@ use crate::files::{self, write};
 use crate::report::run_page::{Material, page};
 use crate::report::{self, Failure, Style, kept};
 use crate::trace::jpeg;
-use crate::workcell::{Run, archive, picture};
+use crate::workcell::{Run, archive, film, picture};
 
 use super::shared::Shared;
 use crate::report::exit::Exit;
@@ -44,7 +44,9 @@ pub(super) fn report(args: &ReportArgs, cli: &Shared, style: Style) -> Result<Ex
 pub(super) fn whole(dir: &Path, run: &Run) -> String {
     let graph = files::read::text(&dir.join("graph.svg")).ok();
     let picture = |name: &str| address(&picture::file(dir, name));
-    page(run, &Material { graph: graph.as_deref(), picture: Some(&picture) })
+    let arm = files::read::text(&dir.join("arm.csv")).unwrap_or_default();
+    let film = film::read(dir);
+    page(run, &Material { graph: graph.as_deref(), arm: &arm, film, picture: Some(&picture) })
 }
 
 /// Returns a picture as an address that holds all of it; `None` when there is none to read.

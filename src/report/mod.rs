@@ -6,6 +6,7 @@
 mod numbers;
 pub mod calibrated;
 pub mod changes;
+pub mod course;
 pub mod energy;
 pub mod exit;
 pub mod export;

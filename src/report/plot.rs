@@ -133,6 +133,17 @@ impl Plot {
         );
     }
 
+    /// Lays a column over a stretch of the first axis that a page can light: that of a step by its number.
+    pub fn column(&mut self, from: f64, to: f64, step: usize) {
+        let (left, right) = (self.x(from), self.x(to));
+        let _ = write!(
+            self.inside,
+            "<rect data-step=\"{step}\" x=\"{left:.1}\" y=\"{TOP}\" width=\"{:.1}\" height=\"{:.1}\"/>",
+            (right - left).max(1.0),
+            HEIGHT - BOTTOM - TOP
+        );
+    }
+
     /// Fills between two curves, point by point: first axis, below, above.
     pub fn band(&mut self, points: &[(f64, f64, f64)], colour: &str) {
         let mut outline = String::new();

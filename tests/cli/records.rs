@@ -38,11 +38,24 @@ fn a_page_holds_all_of_a_run_and_needs_nothing_else() {
         "runs/20260102-110000-pour/graph.svg",
         "<?xml version=\"1.0\"?><svg id=\"drawn\"></svg>",
     );
+    let rows = "t[s],q_cmd_1[rad],q_cmd_2[rad],q_1[rad],q_2[rad],tau_1[N*m],tau_2[N*m]\n";
+    let row = |t: f64| format!("{t},0.1,0.2,0.1,0.19,1.5,-20.0\n");
+    let arm: String = (0..60).map(|k| row(0.1 * f64::from(k))).collect();
+    scratch.file("runs/20260102-110000-pour/arm.csv", &format!("{rows}{arm}"));
+    scratch.file(
+        "runs/20260102-110000-pour/film/film.csv",
+        "number,t[s],step,jar[mL],cup[mL],spilt[mL]\n1,0.5,1,150.00,0.00,0.00\n2,2.5,2,20.00,130.00,0.00\n",
+    );
     let said = scratch.trueup(&["report", "runs/20260102-110000-pour", "-o", "page.html"]);
     assert_eq!(said.code, 0, "{}", said.err);
     let page = std::fs::read_to_string(scratch.path("page.html")).unwrap();
     assert_eq!(page.matches("data:image/jpeg;base64,").count(), 2);
-    assert_eq!(page.matches("<section class=\"step card\">").count(), 2);
+    assert_eq!(page.matches("<section class=\"step card\"").count(), 2);
+    // The second step is a column of each drawing over time, its torques among them.
+    assert_eq!(page.matches("<rect data-step=\"2\"").count(), 4);
+    for part in ["Fluents over time", "Water in the twin", "Torques of the joints", "joint 2"] {
+        assert!(page.contains(part), "{part} is missing");
+    }
     for part in ["above(jar, cup)", "-31 mm ± 1 mm", "&lt;= rim(cup) - 5 mm", "id=\"drawn\""] {
         assert!(page.contains(part), "{part} is missing");
     }
