@@ -82,6 +82,12 @@ impl Crept {
         }
         lies(so_far.1)
     }
+
+    /// Takes note that the thing has slid by so much, m in the tool's frame, beside what is known of the pads.
+    fn slid(&self, by: Vector3<f64>) {
+        let mut so_far = self.so_far.lock().unwrap_or_else(PoisonError::into_inner);
+        so_far.1 += by;
+    }
 }
 
 /// What was measured, and what follows from it.
@@ -273,6 +279,13 @@ impl Belief {
             // The fingers closed where it should have been, so it is somewhere else: look again.
             known.world_from_object = None;
             known.std = f64::INFINITY;
+        }
+    }
+
+    /// Takes note that what is in the hand, with the tool at `tool`, stands: it is `by` m lower than it was believed to be.
+    pub fn stands(&mut self, by: f64, tool: &Pose<World, Tool>) {
+        if let Some(held) = &self.held {
+            held.crept.slid(tool.rotation().inverse() * Vector3::new(0.0, 0.0, -by));
         }
     }
 

@@ -71,6 +71,15 @@ pub trait Body: Send {
     /// Takes note of a better measurement of the mass in the hand, kg: nothing has left it since the last.
     fn bears(&mut self, _mass: f64) {}
 
+    /// Takes note that what is held stands `by` m lower than it was believed to hang: it has slid in the hand.
+    ///
+    /// # Errors
+    ///
+    /// [`DeviceError`] when the arm does not say where it is.
+    fn stands(&mut self, _by: f64) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
     /// Takes note that a thing was pushed to where it is believed to stand now; `None` when the push was cut short.
     fn pushed(&mut self, _o: &str, _ends: Option<Pose<frame::World, frame::Object>>) {}
 

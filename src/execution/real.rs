@@ -246,6 +246,13 @@ impl Body for RealBody {
         self.belief.bears(mass);
     }
 
+    fn stands(&mut self, by: f64) -> Result<(), DeviceError> {
+        let q = self.arm.feedback()?.q;
+        let tool = self.tool(&q);
+        self.belief.stands(by, &tool);
+        Ok(())
+    }
+
     fn pushed(&mut self, o: &str, ends: Option<Pose<World, frame::Object>>) {
         self.belief.pushed(o, ends);
     }

@@ -44,6 +44,11 @@ pub(super) fn hefts(seconds: f64) -> String {
     format!("hold still and feel for {seconds:.1} s how heavy what is in the hand is")
 }
 
+/// What `arm.stands` does.
+pub(super) fn feels_standing(o: &str) -> String {
+    format!("feel whether `{o}` has slid in the hand and stands")
+}
+
 /// What `arm.wait` does for so many seconds.
 pub(super) fn waits(seconds: f64) -> String {
     format!("hold still for {seconds:.1} s")

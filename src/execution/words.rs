@@ -242,6 +242,9 @@ fn bind_hand(engine: &mut Engine) {
             let seconds = within("heft", "the time", seconds, HEFT)?;
             arm.acts(&at, wording::hefts(seconds))?.heft(seconds).map_err(raise)
         })
+        .register_fn("stands", |at: NativeCallContext<'_>, arm: &mut Arm, o: &str| {
+            arm.acts(&at, wording::feels_standing(o))?.stands(o).map_err(raise)
+        })
         .register_fn("weighed", |arm: &mut Arm, mass: f64| {
             let mass = within("weighed", "the mass", mass, MASS)?;
             arm.context().weighed(mass);

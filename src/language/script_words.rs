@@ -269,6 +269,13 @@ pub const WORDS: &[ScriptWord] = &[
         "mass in the hand, kg, from the joint torques, averaged so long at rest",
     ),
     arm(
+        "stands",
+        "o",
+        JOINTS,
+        "whether `o`, believed to hang more than 4 mm above what is below it, has slid in the hand and stands: then the \
+         joints feel the arm press on it",
+    ),
+    arm(
         "weighed",
         "mass",
         NOTHING,

@@ -5,8 +5,10 @@ use nalgebra::Vector3;
 use super::super::beside::Order;
 use super::super::error::ActionError;
 use super::super::plan::{gravity_torque, mass_of};
+use super::super::refusal::Refusal;
 use super::ActionContext;
 use crate::arm::{Feedback, Grip};
+use crate::world::support;
 
 /// How fast the fingers go, m/s, and with how much force they open, N.
 const FINGER_SPEED: f64 = 0.06;
@@ -92,6 +94,35 @@ impl ActionContext {
         let mass = mass_of(&self.setting.cell.robot, &q, &excess, &at);
         self.step.running.found(&format!("{:.1} g", 1e3 * mass));
         Ok(mass)
+    }
+
+    /// `arm.stands(o)`: whether `o`, which is believed to hang higher over what is below it than it was to be let down to,
+    /// has slid in the hand and stands: then the arm, which was sent lower, presses on it, and the joints feel that.
+    ///
+    /// # Errors
+    ///
+    /// [`Refusal::NotHeld`] of what is not in the hand.
+    pub fn stands(&mut self, o: &str) -> Result<bool, ActionError> {
+        /// Where it was to be let down to, with room for what a calibrated arm is off, m.
+        const LET_DOWN: f64 = 0.004;
+        /// An arm that is stopped millimetres before its end presses with some ten newtons; what is felt of nothing is off by
+        /// a tenth of this, kg.
+        const PRESSES: f64 = -0.1;
+        /// Averaged so long, s.
+        const FEELS: f64 = 0.5;
+        let state = self.body.state()?;
+        let object = self.setting.cell.scene.object(o).filter(|_| state.held.as_deref() == Some(o));
+        let object = object.ok_or_else(|| Refusal::NotHeld(o.to_owned()))?;
+        let Some(pose) = state.object(o).and_then(|known| known.world_from_object) else {
+            return Ok(false);
+        };
+        let below = support::below(&self.setting.cell.scene, &state.objects, object, &pose);
+        let drop = pose.origin().z - below.height;
+        if drop < LET_DOWN || self.heft(FEELS)? > PRESSES {
+            return Ok(false);
+        }
+        self.body.stands(drop)?;
+        Ok(true)
     }
 
     /// Where what is held hangs, in the frame of the tool, m: its middle, which is not where the fingers meet.
