@@ -30,6 +30,7 @@ pub mod files;
 pub mod plain;
 pub mod lines;
 pub mod http;
+pub mod masks;
 pub mod film;
 pub mod fit;
 pub mod world;

@@ -14,6 +14,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("lines", &[]),
     // A small server for the two that listen, and a client for cameras, scales and models.
     ("http", &[]),
+    // Masks that a server or a network makes of a picture; whether they are good is not asked here.
+    ("masks", &["plain", "http"]),
     // Pictures become a file that players open.
     ("film", &[]),
     ("fit", &[]),

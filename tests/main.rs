@@ -19,6 +19,7 @@ mod alignment;
 mod program;
 mod schema;
 mod rig;
+mod sheet;
 mod execution;
 mod bridge;
 mod emulator;

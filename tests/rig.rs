@@ -8,6 +8,8 @@ use trueup::alignment::chessboard::Board;
 use trueup::alignment::hand_eye::{Mount, View};
 use trueup::world::{Camera, Intrinsics, Pixel, Pose};
 
+use crate::sheet::Sheet;
+
 /// Everything as it is, and how badly it is said.
 #[derive(Debug, Clone)]
 pub(crate) struct Rig {
@@ -84,6 +86,23 @@ impl Rig {
         Self { mount, board, intrinsics, camera, place, sights, noise: (0.1, 5e-4, 3e-4) }
     }
 
+    /// A rig that looks at a drawn board's middle from where it would look at its own's, `n` times.
+    pub(crate) fn before(mount: Mount, sheet: &Sheet, n: usize) -> Self {
+        let mut rig = Self::new(mount, &all_sides(n));
+        let front = if sheet.is_up {
+            UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+        } else {
+            UnitQuaternion::identity()
+        };
+        let old = Translation3::new(0.08, 0.05, 0.0);
+        let new = Translation3::new(sheet.middle[0], sheet.middle[1], 0.0);
+        let moved = Isometry3::from_parts(old, front) * new.inverse();
+        for sight in &mut rig.sights {
+            *sight *= moved;
+        }
+        rig
+    }
+
     /// Where the flange truly was.
     pub(crate) fn flange(&self, picture: usize) -> Isometry3<f64> {
         let sight = self.sights[picture];
@@ -106,7 +125,7 @@ impl Rig {
         each.collect()
     }
 
-    fn seen_by(&self, picture: usize) -> Camera {
+    pub(crate) fn seen_by(&self, picture: usize) -> Camera {
         let world_from_camera = Pose::new(self.sights[picture].inverse());
         Camera { intrinsics: self.intrinsics, world_from_camera }
     }

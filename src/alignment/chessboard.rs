@@ -3,10 +3,11 @@
 //! In comes a picture and the size of the board; out come the corners row by row. Places where two dark and two
 //! bright sectors meet are found at several sizes of the picture (`saddle.rs`), joined into grids along the edges
 //! between them (`grid.rs`), and put to a fraction of a pixel at full size (`subpixel.rs`). Brightness, contrast, turn and
-//! the size of the squares are not known beforehand. A board is found whole or not at all; what was seen instead is
-//! said. Finding the camera from the corners is [`super::intrinsics`]'s work.
+//! the size of the squares are not known beforehand. Of a board that is partly hidden what is seen is found where its place on the
+//! board can be told (`part.rs`); otherwise what was seen is said. Finding the camera from the corners is [`super::intrinsics`]'s work.
 
 mod grid;
+mod part;
 mod saddle;
 mod subpixel;
 
@@ -94,8 +95,8 @@ pub enum NotFound {
     /// A board with corners hidden or outside the picture.
     #[error(
         "found {seen} corners of a board with at least {columns}x{rows}, asked for {}x{}: part of it is hidden, \
-         blurred or outside the picture",
-        asked.0, asked.1
+         blurred or outside the picture{}",
+        asked.0, asked.1, places_worded(*places)
     )]
     Partly {
         /// Corners that were seen.
@@ -106,6 +107,8 @@ pub enum NotFound {
         rows: usize,
         /// Columns and rows asked for.
         asked: (usize, usize),
+        /// In how many places on the board the part may lie; 0 where less than half of it is seen, or nothing fits.
+        places: usize,
     },
     /// Corners that are not where edges cross.
     #[error("found the board, but {corners} of its corners are too blurred to be placed")]
@@ -113,6 +116,14 @@ pub enum NotFound {
         /// How many.
         corners: usize,
     },
+}
+
+/// Words that a part of a board may lie in several places on it.
+fn places_worded(places: usize) -> String {
+    if places < 2 {
+        return String::new();
+    }
+    format!(", and what is seen may lie in {places} places on it; show two sides of its margin")
 }
 
 /// The long side of the picture that is searched first, px. Chosen: a board that fills a third of it has squares of
@@ -128,7 +139,7 @@ const KEPT: (usize, usize) = (8, 600);
 /// paper's rim beyond the outer squares pulls corners away.
 const WINDOW: (f64, f64) = (0.3, 3.0);
 
-/// Finds a chessboard's inner corners in a picture, row by row, px.
+/// Finds a chessboard's inner corners in a picture, row by row, px; whole or not at all.
 ///
 /// The first corner is the one whose square inside the board is dark, where colours tell it; of two that colours do
 /// not tell apart, the one nearer to the picture's top left corner. Rows follow clockwise to columns as seen.
@@ -137,6 +148,34 @@ const WINDOW: (f64, f64) = (0.3, 3.0);
 ///
 /// [`NotFound`], with what was seen instead.
 pub fn find(image: &RgbImage, board: &Board) -> Result<Vec<Pixel>, NotFound> {
+    match looked(image, board)? {
+        Seen::Whole(pixels) => Ok(pixels),
+        Seen::Part { not_whole, .. } => Err(not_whole),
+    }
+}
+
+/// Finds the inner corners that are seen of a chessboard, with their numbers, row by row, from 0: all of them, or of a board that is
+/// partly hidden those of a part of which the place on the board can be told.
+///
+/// # Errors
+///
+/// [`NotFound`], with what was seen instead.
+pub fn find_seen(image: &RgbImage, board: &Board) -> Result<Vec<(usize, Pixel)>, NotFound> {
+    match looked(image, board)? {
+        Seen::Whole(pixels) => Ok(pixels.into_iter().enumerate().collect()),
+        Seen::Part { corners, .. } => Ok(corners),
+    }
+}
+
+/// What was seen of a board.
+enum Seen {
+    /// All corners, row by row.
+    Whole(Vec<Pixel>),
+    /// Some, with their numbers; and what to say if all are needed.
+    Part { corners: Vec<(usize, Pixel)>, not_whole: NotFound },
+}
+
+fn looked(image: &RgbImage, board: &Board) -> Result<Seen, NotFound> {
     let mut levels = vec![Plane::grey(image)];
     while let Some(last) = levels.last()
         && last.width.max(last.height) >= 2 * LEAST
@@ -151,14 +190,34 @@ pub fn find(image: &RgbImage, board: &Board) -> Result<Vec<Pixel>, NotFound> {
     for level in order {
         for grid in in_plane(&levels[level], board) {
             if let Some(grid) = ordered(&grid, board) {
-                return refined(&levels, level, &grid);
+                let corners = refined(&levels, level, &grid);
+                let lost = corners.iter().filter(|corner| corner.is_none()).count();
+                if lost > 0 {
+                    return Err(NotFound::Blurred { corners: lost });
+                }
+                return Ok(Seen::Whole(corners.into_iter().flatten().collect()));
             }
             if best.as_ref().is_none_or(|(other, _)| grid.n_seen() > other.n_seen()) {
                 best = Some((grid, level));
             }
         }
     }
-    Err(best.map_or(NotFound::Nothing, |(grid, _)| seen(&grid, board)))
+    let Some((grid, level)) = best else { return Err(NotFound::Nothing) };
+    let not_whole = |places| seen(&grid, board, places);
+    // A whole board of another size is not a part of this one.
+    if matches!(not_whole(0), NotFound::OtherSize { .. }) && !is_inside(&grid, board) {
+        return Err(not_whole(0));
+    }
+    let placed = part::placed(&levels[level], &grid, board).map_err(not_whole)?;
+    let corners = refined(&levels, level, &placed.grid).into_iter().enumerate();
+    let corners = corners.filter_map(|(k, at)| Some((placed.number(k, board), at?))).collect();
+    Ok(Seen::Part { corners, not_whole: not_whole(1) })
+}
+
+/// Whether a grid may be a part of a board.
+fn is_inside(grid: &Grid, board: &Board) -> bool {
+    let (long, short) = (grid.n_columns.max(grid.n_rows), grid.n_columns.min(grid.n_rows));
+    long <= board.columns.max(board.rows) && short <= board.columns.min(board.rows)
 }
 
 fn in_plane(plane: &Plane, board: &Board) -> Vec<Grid> {
@@ -168,7 +227,7 @@ fn in_plane(plane: &Plane, board: &Board) -> Vec<Grid> {
 }
 
 /// What to say of a grid that is not the board asked for.
-fn seen(grid: &Grid, board: &Board) -> NotFound {
+fn seen(grid: &Grid, board: &Board, places: usize) -> NotFound {
     let asked = (board.columns, board.rows);
     // Named the way it was asked: the long side where the asked one has it.
     let (long, short) = (grid.n_columns.max(grid.n_rows), grid.n_columns.min(grid.n_rows));
@@ -177,7 +236,7 @@ fn seen(grid: &Grid, board: &Board) -> NotFound {
     if seen == columns * rows && (columns, rows) != asked {
         NotFound::OtherSize { columns, rows, asked }
     } else {
-        NotFound::Partly { seen, columns, rows, asked }
+        NotFound::Partly { seen, columns, rows, asked, places }
     }
 }
 
@@ -197,46 +256,44 @@ fn ordered(grid: &Grid, board: &Board) -> Option<Grid> {
     })
 }
 
-/// Puts corners that were found at one size of the picture to a fraction of a pixel at full size.
-fn refined(levels: &[Plane], level: usize, grid: &Grid) -> Result<Vec<Pixel>, NotFound> {
-    let mut corners: Vec<Vector2<f64>> = grid.corners.iter().copied().flatten().collect();
-    let mut lost = 0;
+/// Puts corners that were found at one size of the picture to a fraction of a pixel at full size; `None` for those that were not
+/// seen, and those too blurred to be placed.
+fn refined(levels: &[Plane], level: usize, grid: &Grid) -> Vec<Option<Pixel>> {
+    let mut corners = grid.corners.clone();
+    let mut is_lost = vec![false; corners.len()];
     for (step, plane) in levels[..=level].iter().rev().enumerate() {
         if step > 0 {
             // Pixels' centres are whole numbers, so a pixel of half the size begins at -0.5.
-            for corner in &mut corners {
+            for corner in corners.iter_mut().flatten() {
                 *corner = *corner * 2.0 + Vector2::new(0.5, 0.5);
             }
         }
-        lost = 0;
         for i in 0..corners.len() {
+            let Some(corner) = corners[i] else { continue };
             let radius = (WINDOW.0 * free(&corners, i, grid)).max(WINDOW.1);
-            match refine(plane, corners[i], radius) {
-                Some(at) => corners[i] = at,
-                None => lost += 1,
-            }
+            let at = refine(plane, corner, radius);
+            is_lost[i] = at.is_none();
+            corners[i] = at.or(Some(corner));
         }
     }
-    if lost > 0 {
-        return Err(NotFound::Blurred { corners: lost });
-    }
-    Ok(corners.iter().map(|c| Pixel::new(c.x, c.y)).collect())
+    let kept = corners.into_iter().zip(is_lost);
+    kept.map(|(at, lost)| at.filter(|_| !lost).map(|c| Pixel::new(c.x, c.y))).collect()
 }
 
-/// The distance from a corner to the nearest edge that does not run through it, px.
-fn free(corners: &[Vector2<f64>], i: usize, grid: &Grid) -> f64 {
+/// The distance from a corner to the nearest edge that does not run through it, px; 0 of one without neighbours.
+fn free(corners: &[Option<Vector2<f64>>], i: usize, grid: &Grid) -> f64 {
     let (column, row, w) = (i % grid.n_columns, i / grid.n_columns, grid.n_columns);
     let beside = [(column > 0).then(|| i - 1), (column + 1 < w).then_some(i + 1)];
     let above = [(row > 0).then(|| i - w), (row + 1 < grid.n_rows).then_some(i + w)];
+    let seen = |k: Option<usize>| k.and_then(|k| Some(corners[k]? - corners[i]?));
     let mut least = f64::INFINITY;
-    for a in beside.into_iter().flatten() {
-        for b in above.into_iter().flatten() {
+    for a in beside.into_iter().filter_map(seen) {
+        for b in above.into_iter().filter_map(seen) {
             // The heights of the square over its sides.
-            let (a, b) = (corners[a] - corners[i], corners[b] - corners[i]);
             least = least.min(a.perp(&b).abs() / a.norm().max(b.norm()).max(f64::MIN_POSITIVE));
         }
     }
-    least
+    if least.is_finite() { least } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -387,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hidden_corner_and_an_empty_table_are_told() {
+    fn a_hidden_corner_is_left_out_and_an_empty_table_is_told() {
         let photo = photo(board(9, 6), [0.2, 0.3, 0.1]);
         let mut image = photo.taken();
         let hidden = photo.truth()[22];
@@ -401,10 +458,90 @@ mod tests {
             Err(NotFound::Partly { seen, .. }) => assert!((50..54).contains(&seen), "{seen}"),
             other => panic!("{other:?}"),
         }
+        let seen = find_seen(&image, &photo.board).unwrap();
+        assert!(
+            (50..54).contains(&seen.len()) && seen.iter().all(|(k, _)| *k != 22),
+            "{}",
+            seen.len()
+        );
+        for (k, at) in seen {
+            assert!(at.distance(photo.truth()[k]) < 0.5, "{k}: {}", at.distance(photo.truth()[k]));
+        }
         let empty = RgbImage::from_pixel(320, 240, image::Rgb([120; 3]));
         assert_eq!(find(&empty, &photo.board), Err(NotFound::Nothing));
         for (w, h) in [(1, 1), (3, 400), (17, 9)] {
             assert!(find(&RgbImage::new(w, h), &photo.board).is_err());
+        }
+    }
+
+    /// A sheet over one side: the place is told by the other sides' margins and the colours; of a board whose ends look alike, too.
+    #[test]
+    fn a_part_is_placed_where_only_one_place_will_do() {
+        for (columns, rows, turns) in [
+            (9, 6, [0.2, 0.3, 0.1]),
+            (9, 6, [-0.3, 0.2, 2.9]),
+            (6, 9, [0.2, -0.3, 0.1]),
+            (8, 6, [0.2, 0.2, 0.0]),
+        ] {
+            let photo = photo(board(columns, rows), turns);
+            let (plain, truth) = (photo.taken(), photo.truth());
+            for side in 0..4 {
+                let mut image = plain.clone();
+                let (low, high) = truth.iter().fold(([f64::MAX; 2], [0.0_f64; 2]), |(a, b), p| {
+                    ([a[0].min(p.u), a[1].min(p.v)], [b[0].max(p.u), b[1].max(p.v)])
+                });
+                let cut = |axis: usize, part: f64| low[axis] + part * (high[axis] - low[axis]);
+                for (u, v, pixel) in image.enumerate_pixels_mut() {
+                    let is_hidden = match side {
+                        0 => f64::from(v) < cut(1, 0.25),
+                        1 => f64::from(v) > cut(1, 0.75),
+                        2 => f64::from(u) < cut(0, 0.25),
+                        _ => f64::from(u) > cut(0, 0.75),
+                    };
+                    if is_hidden {
+                        *pixel = image::Rgb([150, 110, 90]);
+                    }
+                }
+                match find_seen(&image, &photo.board) {
+                    Ok(seen) => {
+                        assert!(seen.len() >= truth.len() / 2, "{columns}x{rows} {side}");
+                        let last = truth.len() - 1;
+                        let off = |turned: bool| {
+                            let far = seen.iter().map(|(k, at)| {
+                                at.distance(truth[if turned { last - k } else { *k }])
+                            });
+                            far.fold(0.0, f64::max)
+                        };
+                        // Nobody can tell the ends of 8x6 apart, whole or in part.
+                        let far = if (columns + rows) % 2 == 0 {
+                            off(false).min(off(true))
+                        } else {
+                            off(false)
+                        };
+                        assert!(far < 1.0, "{columns}x{rows} {side}: {far}");
+                    }
+                    Err(why) => panic!("{columns}x{rows} {side}: {why}"),
+                }
+            }
+            // Only the middle is seen: it may lie in several places.
+            let mut image = plain.clone();
+            let middle = truth.iter().fold([0.0, 0.0], |a, p| {
+                [a[0] + p.u / truth.len() as f64, a[1] + p.v / truth.len() as f64]
+            });
+            let reach =
+                truth.iter().map(|p| (p.u - middle[0]).hypot(p.v - middle[1])).fold(0.0, f64::max);
+            for (u, v, pixel) in image.enumerate_pixels_mut() {
+                if (f64::from(u) - middle[0]).hypot(f64::from(v) - middle[1]) > 0.8 * reach {
+                    *pixel = image::Rgb([150, 110, 90]);
+                }
+            }
+            if let Ok(seen) = find_seen(&image, &photo.board) {
+                // Where the corners that are left span the board after all, they must be right.
+                for (k, at) in seen {
+                    let far = at.distance(truth[k]).min(at.distance(truth[truth.len() - 1 - k]));
+                    assert!(far < 1.0, "{columns}x{rows}: {k} {far}");
+                }
+            }
         }
     }
 

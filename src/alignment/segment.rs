@@ -9,6 +9,7 @@
 
 mod everything;
 mod flow;
+mod offered;
 mod palette;
 mod prompt;
 mod referee;
@@ -27,7 +28,9 @@ use flow::Flow;
 use palette::Palette;
 
 pub use everything::everything;
-pub use prompt::{LEAST_SIDE, Prompt, Segment, segment};
+pub(in crate::alignment) use offered::agreement;
+pub use offered::{best, offered};
+pub use prompt::{By, LEAST_SIDE, Prompt, Segment, extent, segment};
 
 type Coefficients = SVector<f64, 6>;
 

@@ -37,7 +37,7 @@ pub(super) enum AlignCommand {
         #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
         at: Vec<[f64; 3]>,
     },
-    /// Where a camera sits on the wrist or beside the arm, from pictures of a chessboard and the arm's poses.
+    /// Where a camera sits on the wrist or beside the arm, from pictures of a board and the arm's poses.
     HandEye(hand_eye::HandEyeArgs),
 }
 

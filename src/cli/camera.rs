@@ -1,29 +1,33 @@
 //! `trueup camera`: find objects in a picture; cut things out of one; calibrate a camera from pictures of a board.
 
 pub(in crate::cli) mod calibrate;
+mod masks;
 mod segment;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::alignment::decode;
-use crate::alignment::vision::{self, Options};
+use crate::alignment::vision::{self, Options, Sighting};
 use crate::execution::calibrate::{self as marks, Switches};
 use crate::files::write;
+use crate::masks::Where;
 use crate::report::{self, Failure, Style};
 use crate::world::camera_file::{self, CameraFile};
 use crate::world::{Camera, Scene};
 use clap::{Args, Subcommand};
-use image::RgbImage;
+use image::{GrayImage, RgbImage};
 
 use super::answer::see::Answer;
 use super::inputs::{read, scene};
 use crate::report::exit::Exit;
+use masks::{Asked, MasksArgs};
 
 #[derive(Debug, Subcommand)]
 pub(super) enum CameraCommand {
     /// Find the scene's objects in a picture: mask, key points, pose, confidence.
     See(SeeArgs),
-    /// Find what is inside a camera from pictures of a chessboard: focal lengths, centre, lens.
+    /// Find what is inside a camera from pictures of a board: focal lengths, centre, lens.
     Calibrate(calibrate::CalibrateArgs),
     /// Cut a thing out of a picture, from a box, a point or a rough mask: its mask and contour, without a pose.
     Segment(segment::SegmentArgs),
@@ -41,6 +45,8 @@ pub(super) struct SeeArgs {
     /// Where masks and an annotated copy of the picture go.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    masks: MasksArgs,
 }
 
 /// Aligns the scene's camera by the table's dots where there are enough of them; says so where not.
@@ -128,9 +134,19 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
     let scene = self::scene(scene.map(PathBuf::as_path), style)?;
     let place = args.image.display().to_string();
     let image = picture(&args.image)?;
+    let others = masks::opened(&args.masks, style)?;
     let camera = calibrated(args.calibration.as_deref(), &image, scene.clone(), style)?;
-    let sightings = vision::see(&image, &camera, &scene, &Options::default())
-        .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))?;
+    let look = |options: &Options| {
+        vision::see(&image, &camera, &scene, options)
+            .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))
+    };
+    let mut sightings = look(&Options::default())?;
+    if let Some(others) = &others {
+        let masks = offered(others, &image, &sightings)?;
+        if !masks.is_empty() {
+            sightings = look(&Options { masks, ..Options::default() })?;
+        }
+    }
     if let Some(dir) = &args.out {
         std::fs::create_dir_all(dir).map_err(unwritten(dir))?;
         for sighting in &sightings {
@@ -143,7 +159,7 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
         write::picture(&path, &vision::annotate(&image, &sightings)).map_err(unwritten(&path))?;
     }
     if style.json {
-        style.document(&Answer::new(&sightings, |sighting| {
+        style.document(&Answer::new(&sightings, others.is_some(), |sighting| {
             let dir = args.out.as_ref()?;
             sighting.mask.as_ref()?;
             Some(dir.join(format!("{}-mask.png", sighting.name)).display().to_string())
@@ -151,10 +167,45 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
     } else {
         for sighting in &sightings {
             style.say(report::sighting(sighting));
+            if let Some(others) = &others {
+                style.say(report::whose_mask(sighting, &others.name));
+            }
         }
     }
     let all = sightings.iter().all(|sighting| sighting.found);
     Ok(if all { Exit::Yes } else { Exit::No })
+}
+
+/// How much larger a box is that somebody else is given than what was seen in it, on each side as a share: as one drawn by hand.
+const ROOM: f64 = 0.15;
+
+/// Asks somebody else for masks of the things, each where it was seen or would most probably be.
+fn offered(
+    others: &Asked,
+    image: &RgbImage,
+    sightings: &[Sighting],
+) -> Result<BTreeMap<String, Vec<GrayImage>>, Failure> {
+    let (w, h) = (f64::from(image.width()) - 1.0, f64::from(image.height()) - 1.0);
+    let place = |seen: &Sighting| {
+        let [u0, v0, u1, v1] = seen.bbox;
+        let (du, dv) = (ROOM * (u1 - u0), ROOM * (v1 - v0));
+        let bounds = [(u0 - du).max(0.0), (v0 - dv).max(0.0), (u1 + du).min(w), (v1 + dv).min(h)];
+        // What is nowhere has no box.
+        (bounds[2] - bounds[0] > 1.0 && bounds[3] - bounds[1] > 1.0)
+            .then(|| (seen.name.clone(), Where::Box(bounds)))
+    };
+    let (names, places): (Vec<String>, Vec<Where>) = sightings.iter().filter_map(place).unzip();
+    let mut masks: BTreeMap<String, Vec<GrayImage>> = BTreeMap::new();
+    if places.is_empty() {
+        return Ok(masks);
+    }
+    for found in others.ask(image, &places)? {
+        let name = found.of.and_then(|of| names.get(of));
+        if let Some(name) = name.filter(|_| found.mask.pixels().any(|pixel| pixel.0[0] > 0)) {
+            masks.entry(name.clone()).or_default().push(found.mask);
+        }
+    }
+    Ok(masks)
 }
 
 fn unwritten(path: &Path) -> impl Fn(std::io::Error) -> Failure {

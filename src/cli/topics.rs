@@ -130,8 +130,11 @@ Photographs of a printed chessboard, tilted differently; inner corners count.
 What stands on a table, and a thing cut out of any picture:
   trueup camera see photo.png --calibration cam.json --out seen/
   trueup camera segment photo.png --box 450,250,640,480 --out cut/
+Masks of a server beside our own; examples/masks_server.py is one:
+  trueup camera see photo.png --masks http://127.0.0.1:8000/masks
 On the wrist or beside the arm, from the arm's pose at each photograph:
   trueup align hand-eye poses.csv photos/ --board chessboard:9x6:25mm
+  trueup align hand-eye poses.csv photos/ --board charuco:7x5:40mm:30mm:4x4_50
 The three regressions on tables of pairs:
   trueup align map pairs.csv --model auto
   trueup align offset pairs.csv --model rigid",

@@ -55,10 +55,11 @@ pub fn text(answer: &HandEye, left: &[(String, String)]) -> String {
     );
     let _ = writeln!(
         text,
-        "noise of the robot's poses: {:.2} mm and {:.3} deg an axis; squares by the robot's travel: {:.2} ± {:.2} mm, said \
+        "noise of the robot's poses: {:.2} mm and {:.3} deg an axis; {} by the robot's travel: {:.2} ± {:.2} mm, said \
          {:.2} mm",
         1e3 * answer.noise.position,
         answer.noise.rotation.to_degrees(),
+        answer.square.of,
         1e3 * answer.square.measured,
         1e3 * answer.square.std,
         1e3 * answer.square.said

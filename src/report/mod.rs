@@ -40,7 +40,7 @@ use std::io::{self, IsTerminal, Write as _};
 use serde_json::{Value, json};
 
 pub use failure::{Failure, cell_failure, problems_failure, text_failure};
-pub use seen::{measured, segments, sighting};
+pub use seen::{measured, others_masks, segments, sighting, whose_mask};
 
 use crate::language::ast::Param;
 use crate::language::{self, Diagnostic, Source};

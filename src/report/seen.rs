@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 
 use crate::alignment::measure::Measured;
-use crate::alignment::segment::Segment;
-use crate::alignment::vision::Sighting;
+use crate::alignment::segment::{By, Segment};
+use crate::alignment::vision::{MaskIs, Sighting};
 use crate::world::Shape;
 
 /// Words one thing: where it stands and how probable that is; or why it is not found, and the likeliest place.
@@ -59,15 +59,45 @@ pub fn segments(cuts: &[Segment], masks: &[String], is_asked: bool) -> String {
         let ([u0, v0, u1, v1], area) = cut.extent();
         let is_smooth = if cut.is_smooth { "smooth" } else { "not smooth" };
         let mask = masks.get(k).map_or_else(String::new, |path| format!("; {path}"));
+        let by = match cut.by {
+            By::Ours => String::new(),
+            By::Other { score } => format!(", from --masks with score {score:.2}"),
+        };
         format!(
             "{:>2}  box ({u0:.0}, {v0:.0}) to ({u1:.0}, {v1:.0}) px, {area} px, contour of {} points, {is_smooth}, agreement \
-             {:.2}{mask}",
+             {:.2}{by}{mask}",
             k + 1,
             cut.contour.len(),
             cut.agreement
         )
     });
     lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Words what came of asking somebody else for masks: `came` masks, the best of which agrees so much with the picture's edges.
+pub fn others_masks(from: &str, came: usize, agreement: Option<f64>, is_taken: bool) -> String {
+    let best = match agreement {
+        Some(agreement) => format!(", the best with agreement {agreement:.2}"),
+        None => String::new(),
+    };
+    let taken = match (came, is_taken) {
+        (0, _) => "",
+        (_, true) => "; used where it is the better one",
+        (_, false) => "; ours is better",
+    };
+    format!("masks of {from}: {came}{best}{taken}")
+}
+
+/// Words whose mask a thing's contour and its mask are, where somebody else was asked.
+pub fn whose_mask(seen: &Sighting, from: &str) -> String {
+    let whose = |is_theirs: bool| if is_theirs { from } else { "our own cut" };
+    let contour = whose(seen.checks.is_others);
+    let mask = match seen.mask_is {
+        MaskIs::Silhouette => "the placed solid's outline",
+        MaskIs::OwnCut => whose(false),
+        MaskIs::Offered => whose(true),
+    };
+    format!("{:<8} contour from {contour}; mask: {mask}", "")
 }
 
 /// Words what a photograph showed for a scene: what stays as declared, what was measured, what could not be.

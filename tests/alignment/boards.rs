@@ -2,8 +2,6 @@
 
 use image::{Rgb, RgbImage};
 use nalgebra::{Rotation3, Vector2, Vector3};
-use rand::rngs::StdRng;
-use rand::{RngExt as _, SeedableRng as _};
 use trueup::alignment::boards::charuco::Charuco;
 use trueup::alignment::boards::circles::Circles;
 use trueup::alignment::boards::tag_grid::TagGrid;
@@ -12,40 +10,7 @@ use trueup::alignment::boards::{NotFound, Target};
 use trueup::alignment::intrinsics::{self, View};
 use trueup::world::{Camera, Intrinsics, Point, Pose};
 
-/// Half the sides of what is drawn of a board, and its middle, m.
-struct Sheet {
-    is_bright: Box<dyn Fn(f64, f64) -> bool>,
-    middle: [f64; 2],
-    /// Whether the board's y is up, seen from its front.
-    is_up: bool,
-}
-
-fn sheet(target: &Target) -> Sheet {
-    match target.clone() {
-        Target::Charuco(b) => Sheet {
-            middle: [0.5 * b.square * b.columns as f64, 0.5 * b.square * b.rows as f64],
-            is_bright: Box::new(move |x, y| b.is_bright(x, y)),
-            is_up: false,
-        },
-        Target::Tags(b) => {
-            let pitch = b.tag * (1.0 + b.gap);
-            Sheet {
-                middle: [0.5 * pitch * b.columns as f64, 0.5 * pitch * b.rows as f64],
-                is_bright: Box::new(move |x, y| b.is_bright(x, y)),
-                is_up: true,
-            }
-        }
-        Target::Circles(b) => {
-            let wide = if b.shifted { 2 * b.columns } else { b.columns };
-            Sheet {
-                middle: [0.5 * b.step * (wide as f64 - 1.0), 0.5 * b.step * (b.rows as f64 - 1.0)],
-                is_bright: Box::new(move |x, y| b.is_bright(x, y)),
-                is_up: false,
-            }
-        }
-        Target::Chessboard(_) => panic!("its tests are beside it"),
-    }
-}
+use crate::sheet::{Sheet, sheet, taken};
 
 fn lens() -> Intrinsics {
     let mut k = Intrinsics::centred(640.0, 640, 480);
@@ -64,27 +29,6 @@ fn camera(sheet: &Sheet, [x, y, z]: [f64; 3], distance: f64) -> Camera {
     let middle = Vector3::new(sheet.middle[0], sheet.middle[1], 0.0);
     let eye = middle - turn.inverse() * Vector3::new(0.0, 0.0, distance);
     Camera { intrinsics: lens(), world_from_camera: Pose::from_parts(eye, turn.inverse().into()) }
-}
-
-/// The picture: four looks a pixel, noise of 2 grey levels.
-fn taken(sheet: &Sheet, camera: &Camera, seed: u64) -> RgbImage {
-    let k = camera.intrinsics;
-    let iso = camera.world_from_camera;
-    let mut random = StdRng::seed_from_u64(seed);
-    RgbImage::from_fn(k.width, k.height, |u, v| {
-        let mut sum = 0.0;
-        for i in 0..4 {
-            let (du, dv) = (f64::from(i % 2) / 2.0 - 0.25, f64::from(i / 2) / 2.0 - 0.25);
-            let pixel = trueup::world::Pixel::new(f64::from(u) + du, f64::from(v) + dv);
-            let n = k.normalise(pixel);
-            let ray = iso.rotation() * Vector3::new(n.x, n.y, 1.0);
-            let far = -iso.origin().z / ray.z;
-            let at = iso.origin() + ray * far;
-            sum += if (sheet.is_bright)(at.x, at.y) { 205.0 } else { 35.0 };
-        }
-        let grey: f64 = sum / 4.0 + random.random_range(-3.5..3.5);
-        Rgb([grey.round().clamp(0.0, 255.0) as u8; 3])
-    })
 }
 
 fn targets() -> Vec<Target> {

@@ -2,6 +2,7 @@
 //! motions named.
 
 use nalgebra::{Isometry3, SMatrix, UnitQuaternion, Vector3};
+use trueup::alignment::boards::Target;
 use trueup::alignment::chessboard::Board;
 use trueup::alignment::hand_eye::table::{Error as TableError, Reading, Table};
 use trueup::alignment::hand_eye::{Advice, Error, HandEye, Known, Mount, Options, View, solve};
@@ -14,7 +15,7 @@ fn exact(rig: &Rig) -> Known {
 }
 
 fn options(board: Board, mount: Option<Mount>) -> Options {
-    Options { board, mount }
+    Options { board: Target::from(board), mount }
 }
 
 fn found(rig: &Rig, views: &[View]) -> Result<HandEye, Error> {

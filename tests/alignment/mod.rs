@@ -8,5 +8,6 @@ mod camera_fit;
 mod boards;
 mod chessboard;
 mod hand_eye;
+mod hand_eye_boards;
 mod offset;
 mod files;

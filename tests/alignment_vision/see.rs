@@ -194,7 +194,7 @@ fn the_answer_is_the_interface() {
     let (scene, camera) = (kitchen::scene(), true_camera());
     let image = picture(&scene, &camera, Some((0.55, -0.2, 0.3)), None, &Light::even(40));
     let seen = see(&image, &camera, &scene, &Options::default()).unwrap();
-    let answer = Answer::new(&seen, |s| Some(format!("{}.png", s.name)));
+    let answer = Answer::new(&seen, false, |s| Some(format!("{}.png", s.name)));
     let json = serde_json::to_value(&answer).unwrap();
     let jar = &json["objects"][0];
     assert_eq!(jar["name"], "jar");

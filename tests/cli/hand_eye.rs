@@ -4,11 +4,15 @@ use std::fmt::Write as _;
 use std::fs;
 
 use serde_json::Value;
+use trueup::alignment::boards::Target;
+use trueup::alignment::boards::charuco::Charuco;
+use trueup::alignment::boards::tags::Family;
 use trueup::alignment::hand_eye::Mount;
 
 use crate::absent::public;
 use crate::program::Scratch;
 use crate::rig::{Rig, all_sides};
+use crate::sheet::{sheet, taken};
 
 /// A folder with pictures `a1.png` to `aN.png` and the table of poses in mm and quaternions.
 fn photographed(scratch: &Scratch, rig: &Rig) -> Vec<String> {
@@ -147,6 +151,46 @@ fn rendered_pictures_of_a_fixed_camera_and_what_its_table_gets_wrong() {
         "--json",
     ]);
     assert_eq!(said.code, 2, "{said:?}");
+}
+
+/// A hand over a part of the board in each picture, as people hold boards; the size is said wrong at first.
+#[test]
+fn parts_of_a_board_with_tags_and_a_wrong_size() {
+    let scratch = Scratch::new("hand-eye-charuco");
+    let family = Family::named("4x4_50").unwrap();
+    let sheet = sheet(&Target::Charuco(Charuco::new(7, 5, 0.03, 0.022, family).unwrap()));
+    let rig = Rig::before(Mount::Fixed, &sheet, 10);
+    fs::create_dir_all(scratch.path("photos")).unwrap();
+    let mut rows = Vec::new();
+    for (i, pose) in rig.said(9).iter().enumerate() {
+        let mut picture = taken(&sheet, &rig.seen_by(i), i as u64);
+        for (u, _, pixel) in picture.enumerate_pixels_mut() {
+            if (u > 330) == (i % 2 == 0) {
+                *pixel = image::Rgb([150, 110, 90]);
+            }
+        }
+        picture.save(scratch.path(&format!("photos/a{}.png", i + 1))).unwrap();
+        let (t, q) = (pose.translation.vector * 1e3, pose.rotation);
+        rows.push(format!("{},{},{},{},{},{},{}", t.x, t.y, t.z, q.w, q.i, q.j, q.k));
+    }
+    scratch.file("poses.csv", table(MM, &rows));
+    let camera = serde_json::json!({"camera": {"intrinsics": rig.intrinsics}});
+    scratch.file("camera.json", camera.to_string());
+    let run = |board: &str| {
+        let args = ["align", "hand-eye", "poses.csv", "photos", "--calibration", "camera.json"];
+        scratch.trueup(&[&args[..], &["--json", "--board", board]].concat())
+    };
+    let answer = run("charuco:7x5:30mm:22mm:4x4_50").document("align-hand-eye");
+    assert_eq!(answer["camera_on"], "fixed");
+    assert!(far(&answer["base_from_camera"], rig.camera.translation.vector) < 2e-3, "{answer:#}");
+    let wrong = run("charuco:7x5:33mm:24.2mm:4x4_50");
+    assert_eq!(wrong.code, 1, "{wrong:?}");
+    let answer: Value = serde_json::from_str(&wrong.out).unwrap();
+    assert_eq!(answer["square"]["of"], "squares");
+    assert!((answer["square"]["measured_m"].as_f64().unwrap() - 0.03).abs() < 5e-4, "{answer:#}");
+    // Another board altogether.
+    let none = run("aprilgrid:6x6:88mm:0.3");
+    assert_eq!(none.error("code"), "camera::board", "{none:?}");
 }
 
 /// Eight photographs from the wrist of a Franka arm, with `ViSP`. Their squares are said to be 23.6 mm; the sheet is A4, by which

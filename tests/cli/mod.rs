@@ -13,6 +13,9 @@ mod kortex;
 mod kortex_faults;
 mod learn;
 mod live;
+mod masks;
+#[cfg(feature = "onnx")]
+mod onnx;
 mod panics;
 mod paper;
 mod records;

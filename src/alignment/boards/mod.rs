@@ -1,20 +1,23 @@
 //! Printed targets that a camera is calibrated with: what each has on it, and where that is in a photograph.
 //!
-//! A chessboard ([`super::chessboard`]) has to be in the picture whole. A `ChArUco` board ([`charuco`]) and a grid of
+//! A chessboard ([`super::chessboard`]) is whole in the picture, or hidden so that one place on it is left for what is seen. A `ChArUco` board ([`charuco`]) and a grid of
 //! tags ([`tag_grid`]) say by their tags which part of them is seen, so any part will do. Circles ([`circles`]) stand in a
-//! grid, whole as well. Finding the camera from what was found is [`super::intrinsics`]'s work.
+//! grid, whole as well. What a board is as a whole is [`form`]'s. Finding the camera from what was found is [`super::intrinsics`]'s work.
 
 pub mod charuco;
 pub mod circles;
+mod form;
 mod lattice;
 mod quads;
 pub mod tag_grid;
 pub mod tags;
 
 use image::RgbImage;
+use nalgebra::{Matrix2, Vector2};
 
 use self::charuco::Charuco;
 use self::circles::Circles;
+pub use self::form::Sides;
 use self::tag_grid::TagGrid;
 use super::chessboard::{self, Board};
 use super::image_map::{self, Model, NoiseIn, Pair};
@@ -66,6 +69,14 @@ pub enum NotFound {
         /// What they are called.
         family: String,
     },
+    /// Points that are all on one line.
+    #[error(
+        "{points} points of the board seen, all on one line, from which its plane cannot be told"
+    )]
+    OnALine {
+        /// How many.
+        points: usize,
+    },
     /// Circles that are not those of the board.
     #[error("{seen} circles in a grid seen, the board has {asked}: all must be in the picture")]
     Circles {
@@ -88,13 +99,32 @@ impl Target {
     pub fn find(&self, image: &RgbImage) -> Result<Found, NotFound> {
         match self {
             Self::Chessboard(board) => {
-                let corners = chessboard::find(image, board).map_err(NotFound::Chessboard)?;
-                Ok(board.points().into_iter().zip(corners).collect())
+                let seen = chessboard::find_seen(image, board).map_err(NotFound::Chessboard)?;
+                let points = board.points();
+                let whole = seen.len() == points.len();
+                let found = seen.into_iter().map(|(k, pixel)| (points[k], pixel)).collect();
+                // What hides a part hides a part of corners beside it.
+                if whole { Ok(found) } else { of_a_plane(without_strays(found)) }
             }
-            Self::Charuco(board) => board.find(image).map(without_strays),
-            Self::Tags(board) => board.find(image).map(without_strays),
+            Self::Charuco(board) => board.find(image).map(without_strays).and_then(of_a_plane),
+            Self::Tags(board) => board.find(image).map(without_strays).and_then(of_a_plane),
             Self::Circles(board) => board.find(image),
         }
+    }
+}
+
+/// Refuses what a narrow part of a board shows: one row of corners.
+fn of_a_plane(found: Found) -> Result<Found, NotFound> {
+    let middle = found.iter().map(|(p, _)| p.coords().xy()).sum::<Vector2<f64>>()
+        / found.len().max(1) as f64;
+    let scatter: Matrix2<f64> =
+        found.iter().map(|(p, _)| p.coords().xy() - middle).map(|d| d * d.transpose()).sum();
+    let spread = scatter.symmetric_eigenvalues();
+    // Points of a board are on lines exactly, or rows apart.
+    if spread.min() > 1e-9 * spread.max() {
+        Ok(found)
+    } else {
+        Err(NotFound::OnALine { points: found.len() })
     }
 }
 
@@ -136,7 +166,7 @@ fn off_neighbours(found: &Found, k: usize) -> f64 {
     let options = image_map::Options { robust: false, noise: NoiseIn::Real, seed: 0 };
     let Ok(map) = image_map::fit_map(&pairs, Model::Projective, &options) else { return 0.0 };
     let at = tags::through(&map.m, &point.coords().xy());
-    (at - nalgebra::Vector2::new(pixel.u, pixel.v)).norm()
+    (at - Vector2::new(pixel.u, pixel.v)).norm()
 }
 
 impl From<Board> for Target {

@@ -9,7 +9,6 @@ use nalgebra::{
 };
 
 use super::types::Corners;
-use crate::alignment::chessboard::Board;
 use crate::alignment::image_map::{self, Model, NoiseIn, Pair};
 use crate::alignment::intrinsics::pose_from_homography;
 use crate::alignment::reprojection::{INTRINSIC, POSE, Reprojection, Seen};
@@ -27,6 +26,12 @@ pub(super) struct Sight {
     pub(super) by_camera: SMatrix<f64, POSE, INTRINSIC>,
     /// Sum of the corners' squared distances from where they should be, px².
     pub(super) squares: f64,
+    /// How many corners are seen.
+    pub(super) corners: usize,
+    /// The middle of those that are seen, in board coordinates, m: there the picture says best where the board is.
+    pub(super) middle: Vector3<f64>,
+    /// The same corners seen on a board that leans to the other side, where that fits too.
+    pub(super) mirrored: Option<Box<Sight>>,
 }
 
 impl Sight {
@@ -44,11 +49,34 @@ pub(super) fn sight(points: &Corners, camera: &Intrinsics) -> Option<Sight> {
     let start = first(points, camera)?;
     // A plane that leans the other way looks nearly the same from afar; the better of both minima counts.
     let mirrored = mirrored(points, &start);
-    let fits = [start, mirrored].into_iter().filter_map(|pose| polished(points, camera, pose));
-    let (problem, fit) = fits.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))?;
+    let mut fits: Vec<Sight> = [start, mirrored]
+        .into_iter()
+        .filter_map(|pose| polished(points, camera, pose))
+        .filter_map(|(problem, fit)| at_minimum(points, camera, &problem, &fit))
+        .collect();
+    fits.sort_by(|a, b| a.squares.total_cmp(&b.squares));
+    let mut fits = fits.into_iter();
+    let best = fits.next()?;
+    let turned =
+        |other: &Sight| other.board_from_camera.rotation.angle_to(&best.board_from_camera.rotation);
+    let mirrored = fits.next().filter(|other| turned(other) > SAME).map(Box::new);
+    Some(Sight { mirrored, ..best })
+}
+
+/// Minima that are turned by less than this against each other are one, rad. Chosen: far above what a fit stops at, and below
+/// what any corner's noise turns a board by.
+const SAME: f64 = 1e-4;
+
+/// What a minimum says: its pose, how sure that is, and how it follows the camera's numbers.
+fn at_minimum(
+    points: &Corners,
+    camera: &Intrinsics,
+    problem: &Reprojection,
+    fit: &fit::Fit,
+) -> Option<Sight> {
     let pose = problem.pose(&fit.x, 0);
     // The derivatives at the place found, where turn and shift are 0.
-    let there = Reprojection { poses: vec![pose], ..problem };
+    let there = Reprojection { poses: vec![pose], seen: problem.seen.clone(), ..*problem };
     let x = there.start(camera);
     let mut jacobian = Jacobian::zeros(2 * points.len(), INTRINSIC + POSE);
     there.jacobian(&x, &mut jacobian);
@@ -65,9 +93,31 @@ pub(super) fn sight(points: &Corners, camera: &Intrinsics) -> Option<Sight> {
     if !covariance.iter().all(|v| v.is_finite()) {
         return None;
     }
-    let squares = fit.residuals.iter().map(|r| r * r).sum();
-    let by_camera = -covariance * mixed;
-    Some(Sight { board_from_camera: *pose.isometry(), covariance, by_camera, squares })
+    Some(Sight {
+        board_from_camera: *pose.isometry(),
+        covariance,
+        by_camera: -covariance * mixed,
+        squares: fit.residuals.iter().map(|r| r * r).sum(),
+        corners: points.len(),
+        middle: middle(points),
+        mirrored: None,
+    })
+}
+
+/// The noise of a corner's coordinate, px, by what is left of all pictures.
+pub(super) fn noise(sights: &[Sight]) -> f64 {
+    let corners: usize = sights.iter().map(|s| s.corners).sum();
+    let squares: f64 = sights.iter().map(|s| s.squares).sum();
+    // Each picture's pose takes six of its coordinates.
+    let rest = (2 * corners).saturating_sub(6 * sights.len()).max(1) as f64;
+    // Corners without noise leave rounding; below this nothing is measured.
+    (squares / rest).sqrt().max(1e-4)
+}
+
+/// The middle of points, m.
+fn middle(points: &Corners) -> Vector3<f64> {
+    let n = points.len().max(1) as f64;
+    points.iter().map(|(p, _)| p.coords()).sum::<Vector3<f64>>() / n
 }
 
 /// The pose by the map from the board's plane to the picture without its lens.
@@ -89,8 +139,7 @@ fn mirrored(
     points: &Corners,
     pose: &Pose<frame::World, frame::Camera>,
 ) -> Pose<frame::World, frame::Camera> {
-    let n = points.len().max(1) as f64;
-    let middle = points.iter().map(|(p, _)| p.coords()).sum::<Vector3<f64>>() / n;
+    let middle = middle(points);
     let camera_from_board = pose.isometry().inverse();
     let sight = camera_from_board * nalgebra::Point3::from(middle);
     let (normal, along) = (camera_from_board.rotation * Vector3::z(), sight.coords);
@@ -118,27 +167,4 @@ fn polished(
     let options = fit::Options { fixed: (0..INTRINSIC).collect(), ..fit::Options::default() };
     let fit = fit::solve(&problem, &problem.start(camera), &options).ok()?;
     Some((problem, fit))
-}
-
-/// The orders that a board's corners may have been found in: colours do not tell all turns of a board apart.
-pub(super) fn orders(points: &Corners, board: &Board) -> Vec<Corners> {
-    let (columns, rows) = (board.columns, board.rows);
-    if points.len() != columns * rows || (columns + rows) % 2 == 1 {
-        return vec![points.clone()];
-    }
-    let turns = if columns == rows { 4 } else { 2 };
-    let place = |turn: usize, c: usize, r: usize| match (turns, turn) {
-        (_, 0) => (c, r),
-        (4, 1) => (r, columns - 1 - c),
-        (4, 3) => (rows - 1 - r, c),
-        _ => (columns - 1 - c, rows - 1 - r),
-    };
-    let order = |turn: usize| {
-        let each = points.iter().enumerate().map(|(i, (point, _))| {
-            let (c, r) = place(turn, i % columns, i / columns);
-            (*point, points[r * columns + c].1)
-        });
-        each.collect()
-    };
-    (0..turns).map(order).collect()
 }

@@ -1,7 +1,7 @@
 //! How good an answer is: every picture left out in turn, and the squares measured by the robot's travel.
 //!
-//! A picture that was left out tells where the board's middle is, and the others predict it; their distance is the error that
-//! someone who uses the calibration meets, in the robot's base. The squares' size is one more parameter of the fit:
+//! A picture that was left out tells where the middle of what it sees of the board is, and the others predict it; their distance is
+//! the error that someone who uses the calibration meets, in the robot's base. The squares' size is one more parameter of the fit:
 //! pictures alone know no length, so the robot's travel measures them.
 //!
 //! Source of the second standard deviation: Efron and Tibshirani, *An Introduction to the Bootstrap*, 1993, eq. 11.5
@@ -9,7 +9,6 @@
 
 use nalgebra::{Isometry3, Point3, Vector2, Vector3, Vector6};
 
-use super::board::orders;
 use super::motions::Motions;
 use super::refine::{BOARD, CAMERA, CUT, Fitted, Refine, SCALE};
 use super::types::{HandEye, LeftOut, Mount, Placed, Square, View, ViewFit};
@@ -38,7 +37,7 @@ impl Square {
 impl Refine<'_> {
     /// Returns the size of the squares by a fit that left it free.
     pub(super) fn square(&self, free: &Fitted) -> Square {
-        let said = self.board.square;
+        let (said, of) = self.board.side();
         let used: Vec<usize> = (0..self.robot.len()).filter(|&i| free.is_used(i)).collect();
         let each: Vec<f64> =
             used.iter().filter_map(|&i| self.without(free, i).ok().map(|f| f.scale.ln())).collect();
@@ -49,13 +48,18 @@ impl Refine<'_> {
         let relative = free.fit.std(SCALE).max(jackknife);
         let off = free.scale.ln().abs();
         let is_wrong = off > SURE * relative && off > NEAR && used.len() > 3;
-        Square { said, measured: said * free.scale, std: said * free.scale * relative, is_wrong }
+        Square {
+            of,
+            said,
+            measured: said * free.scale,
+            std: said * free.scale * relative,
+            is_wrong,
+        }
     }
 
-    /// The board's middle in its own coordinates.
-    fn middle(&self, scale: f64) -> Point3<f64> {
-        let half = |n: usize| 0.5 * (n as f64 - 1.0) * self.board.square * scale;
-        Point3::new(half(self.board.columns), half(self.board.rows), 0.0)
+    /// The middle of what a picture sees of the board, in the board's coordinates.
+    fn middle(&self, picture: usize, scale: f64) -> Point3<f64> {
+        Point3::from(self.sights[picture].middle * scale)
     }
 
     /// Where a picture sees the board, in the base; and where the robot and the board's place put it.
@@ -71,25 +75,25 @@ impl Refine<'_> {
     /// What a fit says of a picture that it did not see.
     fn left_out(&self, fitted: &Fitted, picture: usize) -> LeftOut {
         let (seen, predicted) = self.in_base(fitted, picture);
-        let middle = self.middle(fitted.scale);
+        let middle = self.middle(picture, fitted.scale);
         LeftOut {
             position: (seen * middle - predicted * middle).norm(),
             rotation: seen.rotation.angle_to(&predicted.rotation),
         }
     }
 
-    /// How far the pictures put the board's middle from its mean place, rms, m.
+    /// How far the pictures put what they see of the board from where it is on the mean, rms, m.
     fn spread(&self, fitted: &Fitted) -> f64 {
         let used = (0..self.robot.len()).filter(|&i| fitted.is_used(i));
-        let middle = self.middle(fitted.scale);
         let places: Vec<Vector3<f64>> = used
             .map(|i| {
-                let (seen, _) = self.in_base(fitted, i);
-                let place = seen * middle;
-                match self.mount {
-                    Mount::Wrist => place.coords,
-                    Mount::Fixed => (self.robot[i].inverse() * place).coords,
-                }
+                let middle = self.middle(i, fitted.scale);
+                let place = self.in_base(fitted, i).0 * middle;
+                let place = match self.mount {
+                    Mount::Wrist => place,
+                    Mount::Fixed => self.robot[i].inverse() * place,
+                };
+                place - fitted.board * middle
             })
             .collect();
         let n = places.len().max(1) as f64;
@@ -107,7 +111,7 @@ impl Refine<'_> {
                 Mount::Fixed => fitted.camera.inverse() * self.robot[i] * fitted.board,
             };
             // In the order that the fit took.
-            let orders = orders(&view.points, &self.board);
+            let orders = self.board.orders(&view.points);
             let each = orders.iter().map(|points| {
                 let far = points.iter().map(|(point, pixel)| {
                     let p = camera_from_board * Point3::from(point.coords() * fitted.scale);

@@ -48,11 +48,12 @@ pub fn solve(views: &[View], camera: &Known, options: &Options) -> Result<HandEy
     for mount in options.mount.map_or(vec![Mount::Wrist, Mount::Fixed], |mount| vec![mount]) {
         Motions::of(mount, &robot).checked(mount)?;
     }
-    let sights = sights(views, &robot, camera, options)?;
+    let mut sights = sights(views, &robot, camera, options)?;
     let boards: Vec<_> = sights.iter().map(|s| s.board_from_camera).collect();
     let lever = lever(&robot, &boards);
     let Mounted { mount, start, other: other_mount } = mounted(&robot, &boards, lever, options)?;
-    let problem = Refine::new(mount, &robot, &sights, camera, options.board);
+    lean(&mut sights, &robot, mount, &start, lever);
+    let problem = Refine::new(mount, &robot, &sights, camera, &options.board);
     let free = problem.fit(&start, lever, true)?;
     let square = problem.square(&free);
     if let Some(times) = square.other_unit() {
@@ -73,7 +74,7 @@ fn sights(
 ) -> Result<Vec<Sight>, Error> {
     let mut all = Vec::with_capacity(views.len());
     for view in views {
-        let each = board::orders(&view.points, &options.board);
+        let each = options.board.orders(&view.points);
         let seen: Option<Vec<Sight>> =
             each.iter().map(|points| board::sight(points, &camera.intrinsics)).collect();
         all.push(seen.ok_or_else(|| Error::NoBoard { picture: view.name.clone() })?);
@@ -94,6 +95,21 @@ fn sights(
     let wrong = |i: usize| (0..all.len()).map(|j| apart(i, j, best(i, j)).min(0.1)).sum::<f64>();
     let first = (0..all.len()).min_by(|&a, &b| wrong(a).total_cmp(&wrong(b))).unwrap_or(0);
     Ok((0..all.len()).map(|j| all[j][best(first, j)].clone()).collect())
+}
+
+/// A board leans as it fits the corners best, or to the other side where that fits nearly as well and the robot says so: a small
+/// part of a board, or one far away, does not tell.
+fn lean(sights: &mut [Sight], robot: &[Isometry3<f64>], mount: Mount, start: &Start, lever: f64) {
+    let noise = board::noise(sights);
+    for (sight, flange) in sights.iter_mut().zip(robot) {
+        let own = start.off(mount, flange, &sight.board_from_camera, lever);
+        let squares = sight.squares;
+        let is_alike = |other: &Sight| other.squares - squares < (refine::CUT * noise).powi(2);
+        let Some(other) = sight.mirrored.take_if(|other| is_alike(other)) else { continue };
+        if start.off(mount, flange, &other.board_from_camera, lever) < own {
+            *sight = *other;
+        }
+    }
 }
 
 /// A length of the order of the robot's motions, m; not nothing where it only turned.

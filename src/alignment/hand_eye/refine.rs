@@ -13,11 +13,11 @@ use nalgebra::{
     DMatrix, Isometry3, Matrix6, SVector, Translation3, UnitQuaternion, Vector3, Vector6,
 };
 
-use super::board::Sight;
+use super::board::{self, Sight};
 use super::noise::{self, FINEST};
 use super::start::Start;
 use super::types::{Known, Mount, Noise, off};
-use crate::alignment::chessboard::Board;
+use crate::alignment::boards::Target;
 use crate::alignment::reprojection::INTRINSIC;
 use crate::fit::{self, Fit, Prior, Problem};
 use crate::world::Intrinsics;
@@ -40,7 +40,7 @@ pub(super) struct Refine<'a> {
     pub(super) mount: Mount,
     pub(super) robot: &'a [Isometry3<f64>],
     pub(super) sights: &'a [Sight],
-    pub(super) board: Board,
+    pub(super) board: &'a Target,
     pub(super) intrinsics: Intrinsics,
     /// Directions of the camera's numbers, one standard deviation long.
     inside: Vec<SVector<f64, INTRINSIC>>,
@@ -125,16 +125,11 @@ impl<'a> Refine<'a> {
         robot: &'a [Isometry3<f64>],
         sights: &'a [Sight],
         camera: &Known,
-        board: Board,
+        target: &'a Target,
     ) -> Self {
-        let corners = board.columns * board.rows * sights.len();
-        let squares: f64 = sights.iter().map(|s| s.squares).sum();
-        // Each picture's pose takes six of its coordinates.
-        let rest = (2 * corners).saturating_sub(6 * sights.len()).max(1) as f64;
-        // Corners without noise leave rounding; below this nothing is measured.
-        let corner = (squares / rest).sqrt().max(1e-4);
+        let corner = board::noise(sights);
         let inside = independent(camera);
-        Self { mount, robot, sights, board, intrinsics: camera.intrinsics, inside, corner }
+        Self { mount, robot, sights, board: target, intrinsics: camera.intrinsics, inside, corner }
     }
 
     /// The camera's numbers, less those that were given.

@@ -49,8 +49,25 @@ impl Start {
 
     /// Returns how badly the median picture agrees; 1 is what a bad arm leaves.
     pub(super) fn score(&self, travel: f64) -> f64 {
-        (self.rotation / ALIKE.0).hypot(self.position / (ALIKE.1 * travel))
+        size((self.rotation, self.position), travel)
     }
+
+    /// Returns how badly one picture agrees, in the same measure.
+    pub(super) fn off(
+        &self,
+        mount: Mount,
+        flange: &Isometry3<f64>,
+        board_from_camera: &Isometry3<f64>,
+        travel: f64,
+    ) -> f64 {
+        let placed = (self.camera, self.board, self.scale);
+        size(error(mount, flange, board_from_camera, &placed), travel)
+    }
+}
+
+/// Rotation and position together; 1 is what a bad arm leaves.
+fn size((rotation, position): (f64, f64), travel: f64) -> f64 {
+    (rotation / ALIKE.0).hypot(position / (ALIKE.1 * travel))
 }
 
 /// Finds camera and board from `base_from_flange` and `board_from_camera` of each picture; `None` when no three determine them.
@@ -69,7 +86,7 @@ pub(super) fn search(
     let solve = |some: &[usize]| {
         let (camera, board, scale) = closed(mount, robot, boards, some)?;
         let each = errors(mount, robot, boards, &(camera, board, scale));
-        let size = |e: &(f64, f64)| (e.0 / ALIKE.0).hypot(e.1 / (ALIKE.1 * travel));
+        let size = |e: &(f64, f64)| size(*e, travel);
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|&a, &b| size(&each[a]).total_cmp(&size(&each[b])));
         let middle = order[n / 2];
@@ -106,15 +123,22 @@ fn errors(
     mount: Mount,
     robot: &[Isometry3<f64>],
     boards: &[Isometry3<f64>],
-    (camera, board, scale): &(Isometry3<f64>, Isometry3<f64>, f64),
+    placed: &(Isometry3<f64>, Isometry3<f64>, f64),
 ) -> Vec<(f64, f64)> {
-    let each = robot.iter().zip(boards).map(|(flange, b)| {
-        let mut b = *b;
-        b.translation.vector *= *scale;
-        let e = off(mount, flange, camera, board, &b);
-        (e.rotation.angle(), e.translation.vector.norm())
-    });
-    each.collect()
+    robot.iter().zip(boards).map(|(flange, b)| error(mount, flange, b, placed)).collect()
+}
+
+/// Rotation (rad) and position (m) that a picture is off by.
+fn error(
+    mount: Mount,
+    flange: &Isometry3<f64>,
+    board_from_camera: &Isometry3<f64>,
+    (camera, board, scale): &(Isometry3<f64>, Isometry3<f64>, f64),
+) -> (f64, f64) {
+    let mut b = *board_from_camera;
+    b.translation.vector *= *scale;
+    let e = off(mount, flange, camera, board, &b);
+    (e.rotation.angle(), e.translation.vector.norm())
 }
 
 /// Solves `G X = X B` for some pictures, with the size of the squares free.

@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::{Isometry3, SMatrix, Vector3};
 
 use super::motions::Motions;
-use crate::alignment::chessboard::Board;
+use crate::alignment::boards::{Sides, Target};
 use crate::alignment::reprojection::INTRINSIC;
 use crate::world::{Intrinsics, Pixel, Point, Pose, frame};
 
@@ -63,7 +63,7 @@ pub struct View {
     pub name: String,
     /// Where the robot says its flange was.
     pub base_from_flange: Pose<frame::Base, frame::Flange>,
-    /// The board's corners, row by row, with the board's own coordinates (z = 0).
+    /// The board's corners that are seen, with the board's own coordinates (z = 0). A part of them will do.
     pub points: Corners,
 }
 
@@ -77,10 +77,10 @@ pub struct Known {
 }
 
 /// How to calibrate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// The board, with the size of its squares as it was said.
-    pub board: Board,
+    /// The board, with the length of its sides as it was said.
+    pub board: Target,
     /// Where the camera is mounted; `None` lets the pictures tell.
     pub mount: Option<Mount>,
 }
@@ -99,15 +99,17 @@ pub struct Placed {
 /// What the other pictures predict of one is off by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// Of the board's middle, in the robot's base, m.
+    /// Of the middle of what is seen of the board, in the robot's base, m.
     pub position: f64,
     /// Of the board's turn, rad.
     pub rotation: f64,
 }
 
-/// The side of a square, as it was said and as the robot's travel measures it.
+/// The side of a square (of a tag, the step between circles), as it was said and as the robot's travel measures it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Square {
+    /// What of the board has this length.
+    pub of: Sides,
     /// As it was said, m.
     pub said: f64,
     /// As it is measured, m.
@@ -165,7 +167,7 @@ pub struct HandEye {
     pub rms_px: f64,
     /// The same with each picture's board where it fits best, px: what the corners alone leave.
     pub picture_rms_px: f64,
-    /// Root mean square distance of the board's middle, as each picture tells it, from its mean, m.
+    /// Root mean square distance of the middle of what a picture sees of the board from where all together put it, m.
     pub spread: f64,
     /// The pictures in the order given.
     pub views: Vec<ViewFit>,

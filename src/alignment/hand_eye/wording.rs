@@ -108,8 +108,9 @@ impl fmt::Display for Advice {
         match self {
             Self::Square(square) => write!(
                 f,
-                "by the robot's travel the squares look like {:.2} ± {:.2} mm, not {:.2} mm; that size was used. Measure ten of \
+                "by the robot's travel the {} look like {:.2} ± {:.2} mm, not {:.2} mm; that size was used. Measure ten of \
                  them with a ruler and say what they are; if they are as said, the robot's lengths are off by {:.1} %",
+                square.of,
                 1e3 * square.measured,
                 1e3 * square.std,
                 1e3 * square.said,

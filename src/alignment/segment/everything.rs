@@ -36,7 +36,7 @@ const SAME: [f64; 2] = [0.8, 0.5];
 const CUT_AT_MOST: usize = 24;
 /// What the referee must say of a cut to be told. Chosen: half of the outline on an edge and all else right, or all of it
 /// and a fifth of the form missing twice over.
-const TOLD: f64 = 0.5;
+pub(super) const TOLD: f64 = 0.5;
 
 /// Cuts out everything that stands out, what is most surely whole first.
 pub fn everything(picture: &Picture) -> Vec<Segment> {
@@ -52,12 +52,17 @@ pub fn everything(picture: &Picture) -> Vec<Segment> {
     }
     // What fills its box is a thing rather than a line that runs through the picture.
     boxes.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let mut cuts: Vec<Segment> = boxes
+    let cuts = boxes
         .into_iter()
         .take(CUT_AT_MOST)
         .filter_map(|(bounds, _)| segment(picture, &Prompt::Box(bounds)))
         .filter(|cut| cut.agreement > TOLD)
         .collect();
+    apart(cuts)
+}
+
+/// Keeps of cuts that overlap the one that agrees most; what is most surely whole comes first.
+pub(super) fn apart(mut cuts: Vec<Segment>) -> Vec<Segment> {
     cuts.sort_by(|a, b| b.agreement.total_cmp(&a.agreement));
     let mut told: Vec<Segment> = Vec::new();
     for cut in cuts {

@@ -29,6 +29,18 @@ pub enum Prompt {
     Mask(GrayImage),
 }
 
+/// Who cut a thing out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum By {
+    /// [`segment`].
+    Ours,
+    /// Somebody else.
+    Other {
+        /// What they think of it, of which 1 is meant to be sure.
+        score: f64,
+    },
+}
+
 /// A thing cut out.
 #[derive(Debug, Clone)]
 pub struct Segment {
@@ -44,6 +56,8 @@ pub struct Segment {
     pub agreement: f64,
     /// Whether its outline is that of a solid: no bites, spurs or ragged parts.
     pub is_smooth: bool,
+    /// Who cut it out.
+    pub by: By,
 }
 
 impl Segment {
@@ -53,8 +67,8 @@ impl Segment {
     }
 }
 
-/// The box of what is not zero in a mask, px, and its area, px²; `None` of an empty one.
-pub(super) fn extent(mask: &GrayImage) -> Option<([f64; 4], usize)> {
+/// Returns the box of what is not zero in a mask, `[u0, v0, u1, v1]`, px, and its area, px²; `None` of an empty one.
+pub fn extent(mask: &GrayImage) -> Option<([f64; 4], usize)> {
     let mut held = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
     let mut area = 0;
     for (x, y, _) in mask.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[0] > 0) {
@@ -168,7 +182,7 @@ pub fn segment(picture: &Picture, prompt: &Prompt) -> Option<Segment> {
 impl Segment {
     fn of(judged: Judged, mask: GrayImage, bounds: [f64; 4]) -> Self {
         let Judged { total, edge, is_smooth, contour } = judged;
-        Self { mask, contour, bounds, edge, agreement: total, is_smooth }
+        Self { mask, contour, bounds, edge, agreement: total, is_smooth, by: By::Ours }
     }
 }
 

@@ -11,8 +11,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use image::GrayImage;
 use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
 
-use super::Sighting;
 use super::wording;
+use super::{MaskIs, Sighting};
 use crate::alignment::outline::{ObjectPose, Outline, Projector};
 use crate::alignment::picture::{Picture, lab};
 use crate::alignment::segment::TableModel;
@@ -202,6 +202,7 @@ impl Looking<'_> {
             key_points: outline.key_points.iter().map(|p| [p.x, p.y]).collect(),
             hull: outline.hull.iter().map(|p| [p.x, p.y]).collect(),
             mask: None,
+            mask_is: MaskIs::Silhouette,
             ..case.clone()
         }
     }
@@ -219,6 +220,7 @@ fn lost(case: &Sighting, tray: &Object, reason: String) -> Sighting {
         hull: Vec::new(),
         key_points: Vec::new(),
         mask: None,
+        mask_is: MaskIs::Silhouette,
         ..case.clone()
     }
 }

@@ -4,9 +4,9 @@ use image::{GrayImage, Luma};
 use nalgebra::Vector2;
 
 use super::identity;
-use super::own_cut::{overlap, own_cut};
+use super::own_cut::{chosen, offered_cuts, overlap, own_cut};
 use super::probability::{self, Says};
-use super::{Checks, FOUND, Sighting, Way, belief, wording};
+use super::{Checks, FOUND, MaskIs, Sighting, Way, belief, wording};
 use crate::alignment::contour::Smoothness;
 use crate::alignment::doubt::{Doubt, TableDoubt};
 use crate::alignment::outline::{Outline, Projector};
@@ -33,6 +33,7 @@ fn unseen(name: &str) -> Sighting {
         key_points: Vec::new(),
         hull: Vec::new(),
         mask: None,
+        mask_is: MaskIs::Silhouette,
         way: Way::ModelFit,
         checks: Checks::default(),
     }
@@ -52,6 +53,7 @@ pub(super) fn judge(
     view: &Projector,
     table: &Table,
     evidence: &Evidence,
+    offered: &[GrayImage],
     (best, rivals, alike, any): (Option<Candidate>, &[Candidate], &[f64], Option<Candidate>),
 ) -> (Sighting, Option<Doubt>) {
     let object = evidence.object;
@@ -71,9 +73,13 @@ pub(super) fn judge(
 
     let outline = evidence.silhouette(&best.pose(), PER_EDGE);
     let own = own_cut(picture, view, evidence, &outline, bounds(&outline, (w, h)));
-    sighting.checks.helped = own.as_ref().is_some_and(|own| own.helped);
-    sighting.checks.refused = own.as_ref().and_then(|own| own.placed.as_ref().err().copied());
-    let placed = own.as_ref().and_then(|own| own.placed.as_ref().ok());
+    let offered = offered_cuts(picture, view, evidence, offered);
+    let (cut, is_others) =
+        chosen(picture, own.as_ref(), &offered).map_or((None, false), |(cut, by)| (Some(cut), by));
+    sighting.checks.is_others = is_others;
+    sighting.checks.helped = cut.is_some_and(|cut| cut.helped);
+    sighting.checks.refused = cut.and_then(|cut| cut.placed.as_ref().err().copied());
+    let placed = cut.and_then(|cut| cut.placed.as_ref().ok());
     if let Some(found) = placed {
         let other = Candidate {
             x: found.x,
@@ -151,12 +157,17 @@ pub(super) fn judge(
         }
     };
     sighting.hull = outline.hull.iter().map(|p| [p.x, p.y]).collect();
-    // The picture's own cut is the better mask when it is smooth and agrees with the solid.
-    let agrees = sighting.checks.mask_iou.is_some_and(|iou| iou > AGREES);
-    sighting.mask = own
-        .map(|own| own.mask)
-        .filter(|own| agrees && Smoothness::of(own).is_some_and(|s| s.is_smooth()))
-        .or(Some(silhouette));
+    // A cut is the better mask when it is smooth and agrees with the solid.
+    let agrees = |mask: &GrayImage| {
+        overlap(mask, &silhouette) > AGREES && Smoothness::of(mask).is_some_and(|s| s.is_smooth())
+    };
+    let cut = cut.map(|cut| &cut.mask).filter(|mask| agrees(mask));
+    sighting.mask_is = match (cut, is_others) {
+        (None, _) => MaskIs::Silhouette,
+        (Some(_), false) => MaskIs::OwnCut,
+        (Some(_), true) => MaskIs::Offered,
+    };
+    sighting.mask = cut.cloned().or(Some(silhouette));
     (sighting, doubt)
 }
 

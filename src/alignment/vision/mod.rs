@@ -91,6 +91,9 @@ pub struct Options {
     /// Non-zero where the picture shows something that is not to be judged, such as the arm; the
     /// picture's size.
     pub ignore: Option<GrayImage>,
+    /// For some objects, by name, masks that somebody else made of them; the picture's size. Contour and key points are those of
+    /// the best of them and of our own cut; how probable a find is stays the word of our own cut, with which that was measured.
+    pub masks: BTreeMap<String, Vec<GrayImage>>,
 }
 
 /// Confidence from which an object counts as found: more likely there than not. Without a finer loss to weigh, that is
@@ -105,6 +108,18 @@ pub enum Way {
     ModelFit,
     /// Mask, contour, key points: the paper's way.
     KeyPoints,
+}
+
+/// What the mask of a sighting is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MaskIs {
+    /// The outline of the placed solid: no cut agrees with it.
+    Silhouette,
+    /// The picture's own cut.
+    OwnCut,
+    /// One that somebody else made.
+    Offered,
 }
 
 /// What the way by mask, contour and key points came to, and what speaks for or against the pose.
@@ -128,6 +143,8 @@ pub struct Checks {
     pub refused: Option<Refused>,
     /// Whether the contour was cut near the fit's outline, because the box alone gave none of use.
     pub helped: bool,
+    /// Whether contour and key points are those of a mask that somebody else made.
+    pub is_others: bool,
     /// What speaks for something else.
     pub identity: identity::Identity,
     /// How far away the places are that it may be at instead, m.
@@ -173,6 +190,8 @@ pub struct Sighting {
     pub hull: Vec<[f64; 2]>,
     /// 255 where the picture shows the object, or would if it were at its likeliest place; the picture's size.
     pub mask: Option<GrayImage>,
+    /// What that mask is.
+    pub mask_is: MaskIs,
     /// Which way the pose came.
     pub way: Way,
     /// What was checked.

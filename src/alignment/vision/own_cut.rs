@@ -8,9 +8,9 @@ use crate::alignment::key_points::{self, Placed};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
 use crate::alignment::placement::Evidence;
-use crate::alignment::segment::{BORDERS, Expect, cut};
+use crate::alignment::segment::{BORDERS, Expect, agreement, cut};
 
-/// The picture's own cut of an object, and where its contour's key points put it.
+/// A cut of an object, the picture's own or one that somebody else offered, and where its contour's key points put it.
 pub(super) struct OwnCut {
     pub(super) mask: GrayImage,
     pub(super) placed: Result<Placed, key_points::Refused>,
@@ -71,6 +71,46 @@ pub(super) fn own_cut(
         first = first.or(Some(own));
     }
     first
+}
+
+/// Chooses the better of the picture's own cut and those that others offered: one whose contour gives key points before one whose
+/// does not, then the one that is more the outline of a whole thing. Returns whether it is another's as well.
+pub(super) fn chosen<'c>(
+    picture: &Picture,
+    own: Option<&'c OwnCut>,
+    offered: &'c [OwnCut],
+) -> Option<(&'c OwnCut, bool)> {
+    // Without an offer nothing is weighed.
+    if offered.is_empty() {
+        return own.map(|own| (own, false));
+    }
+    let worth =
+        |cut: &OwnCut| f64::from(u8::from(cut.placed.is_ok())) + agreement(picture, &cut.mask);
+    let all = own.map(|own| (own, false)).into_iter().chain(offered.iter().map(|cut| (cut, true)));
+    let mut all = all.map(|(cut, is_other)| (cut, is_other, worth(cut)));
+    let first = all.next()?;
+    let best = all.fold(first, |best, next| if next.2 > best.2 { next } else { best });
+    Some((best.0, best.1))
+}
+
+/// Places an object by the contour of masks that others offered, without what is known to cover it.
+pub(super) fn offered_cuts(
+    picture: &Picture,
+    view: &Projector,
+    evidence: &Evidence,
+    masks: &[GrayImage],
+) -> Vec<OwnCut> {
+    let place = |mask: &GrayImage| {
+        let mut mask = mask.clone();
+        for (x, y, pixel) in mask.enumerate_pixels_mut() {
+            if evidence.hidden.covers(Vector2::new(f64::from(x), f64::from(y))) {
+                pixel.0[0] = 0;
+            }
+        }
+        let placed = key_points::place(&mask, picture, view, evidence.object, &evidence.hidden);
+        OwnCut { mask, placed, helped: false }
+    };
+    masks.iter().map(place).collect()
 }
 
 /// Returns the overlap of two masks: what both have over what either has.

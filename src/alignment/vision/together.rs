@@ -45,17 +45,20 @@ pub(super) struct Sought<'a> {
     view: Projector,
     /// Where it is looked for; everywhere when nothing is said.
     window: Option<Window>,
+    /// Masks of it that others made.
+    offered: &'a [GrayImage],
 }
 
 impl<'a> Sought<'a> {
     /// Says where a thing is looked for, and on which floor.
-    pub(super) fn of(object: &'a Object, camera: &Camera, options: &Options) -> Self {
+    pub(super) fn of(object: &'a Object, camera: &Camera, options: &'a Options) -> Self {
         let height = options.raised.get(&object.name).copied().unwrap_or(0.0);
         Self {
             object,
             height,
             view: Projector::new(&lowered(camera, height)),
             window: options.windows.get(&object.name).copied(),
+            offered: options.masks.get(&object.name).map_or(&[], Vec::as_slice),
         }
     }
 
@@ -98,7 +101,8 @@ impl Everything<'_> {
                 let alike = self.alike(i, &searched[i].alike, &best);
                 let asked =
                     (best[i], rivals.as_slice(), alike.as_slice(), candidates[i].first().copied());
-                judge::judge(&self.picture, view, self.table, &evidence, asked)
+                let offered = self.sought[i].offered;
+                judge::judge(&self.picture, view, self.table, &evidence, offered, asked)
             })
             .collect()
     }

@@ -1,4 +1,4 @@
-//! `trueup align hand-eye`: a table of poses and pictures of a chessboard → where the camera sits.
+//! `trueup align hand-eye`: a table of poses and pictures of a board → where the camera sits.
 
 use std::cmp::Ordering;
 use std::fs;
@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use crate::alignment::boards::Target;
-use crate::alignment::chessboard::Board;
 use crate::alignment::hand_eye::table::{FlangePose, Table};
 use crate::alignment::hand_eye::{self, Error, HandEye, Known, Mount, Options, View};
 use crate::alignment::intrinsics::{self, lens};
@@ -17,7 +16,7 @@ use crate::report::exit::Exit;
 use crate::report::{self, Failure, Style};
 
 use super::super::answer::hand_eye::Answer;
-use super::super::camera::calibrate::{board, look, refused, unseen};
+use super::super::camera::calibrate::{look, refused, target, unseen};
 use super::super::camera::calibration;
 use super::super::inputs::{read, scene};
 
@@ -30,9 +29,10 @@ pub(in crate::cli) struct HandEyeArgs {
     /// The pictures, or folders with them (PNG or JPEG).
     #[arg(required = true)]
     photos: Vec<PathBuf>,
-    /// The board: inner corners across and down, and the side of a square: `chessboard:9x6:25mm`.
-    #[arg(long, value_parser = board)]
-    board: Board,
+    /// The board, as `camera calibrate` takes it: `chessboard:9x6:25mm`, `charuco:7x5:40mm:30mm:4x4_50`,
+    /// `aprilgrid:6x6:88mm:0.3`, `circles:7x6:20mm` or `acircles:4x11:20mm`. Of boards with tags a part in a picture will do.
+    #[arg(long, value_parser = target)]
+    board: Target,
     /// The camera as `camera calibrate --write` made it; without it, it is calibrated from the same pictures.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
@@ -69,10 +69,9 @@ pub(super) fn hand_eye(
     let table = Table::read(&read(&args.poses)?)
         .map_err(|error| Failure::input("align::table", error.to_string()).at(&place))?;
     let Paired { photos, rows, mut left } = paired(args, &table)?;
-    let target = Target::from(args.board);
-    let (pictures, boards, size) = look(&photos, &target);
+    let (pictures, boards, size) = look(&photos, &args.board);
     let Some(size) = size.filter(|_| !boards.is_empty()) else {
-        return Err(unseen(&target, &pictures));
+        return Err(unseen(&args.board, &pictures));
     };
     let camera = known(args, &boards, &pictures, size)?;
     let poses = table.poses();
@@ -92,7 +91,7 @@ pub(super) fn hand_eye(
         Where::Wrist => Mount::Wrist,
         Where::Fixed => Mount::Fixed,
     });
-    let options = Options { board: args.board, mount };
+    let options = Options { board: args.board.clone(), mount };
     let answer = hand_eye::solve(&views(&poses), &camera, &options).map_err(|error| {
         let other =
             |poses: &[FlangePose]| hand_eye::solve(&views(poses), &camera, &options).is_ok();
@@ -276,7 +275,7 @@ fn natural(a: &str, b: &str) -> Ordering {
 
 /// Words why there is no answer; for a table that does not fit, whether it would if it were read another way.
 fn failure(error: &Error, table: &Table, fits: &dyn Fn(&[FlangePose]) -> bool) -> Failure {
-    let turned = "take pictures with the wrist turned by 20 to 40 deg about two or more axes, the whole board in each";
+    let turned = "take pictures with the wrist turned by 20 to 40 deg about two or more axes, the board in each";
     let code = match error {
         Error::TooFew { .. } | Error::NotTurned { .. } | Error::OneAxis { .. } => "align::motions",
         Error::NoFit { .. } | Error::LengthUnit { .. } => "align::poses",

@@ -54,6 +54,7 @@ impl Answer {
         put(
             "square".into(),
             json!({
+                "of": answer.square.of.name(),
                 "said_m": answer.square.said, "measured_m": answer.square.measured, "std_m": answer.square.std,
                 "is_wrong": answer.square.is_wrong,
             }),

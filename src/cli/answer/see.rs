@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::alignment::outline::ObjectPose;
-use crate::alignment::vision::{Sighting, Way};
+use crate::alignment::vision::{MaskIs, Sighting, Way};
 
 /// The answer of `camera see`, as `INTERFACES.md` fixes it.
 #[derive(Debug, Clone, Serialize)]
@@ -52,6 +52,12 @@ pub struct ObjectAnswer {
     /// How far the two ways put the object apart, m; absent when the contour was of no use.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ways_apart_m: Option<f64>,
+    /// What the mask is, where somebody else was asked for masks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mask_is: Option<MaskIs>,
+    /// Whether contour and key points are those of somebody else's mask, where somebody was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contour_is_offered: Option<bool>,
     /// How sure, 0 to 1.
     pub confidence: f64,
     /// What the picture says against the scene although the object is found.
@@ -64,7 +70,12 @@ pub struct ObjectAnswer {
 
 impl Answer {
     /// Words sightings as the answer; `mask_path` says where an object's mask was written, if it was.
-    pub fn new(sightings: &[Sighting], mask_path: impl Fn(&Sighting) -> Option<String>) -> Self {
+    /// `is_offered` when somebody else was asked for masks.
+    pub fn new(
+        sightings: &[Sighting],
+        is_offered: bool,
+        mask_path: impl Fn(&Sighting) -> Option<String>,
+    ) -> Self {
         let objects = sightings
             .iter()
             .map(|s| ObjectAnswer {
@@ -85,6 +96,8 @@ impl Answer {
                 yaw_std_rad: s.found.then_some(s.yaw_std),
                 way: s.found.then_some(s.way),
                 ways_apart_m: s.checks.apart.filter(|_| s.found),
+                mask_is: is_offered.then_some(s.mask_is),
+                contour_is_offered: is_offered.then_some(s.checks.is_others),
                 confidence: s.confidence,
                 ambiguous: s.ambiguous.clone(),
                 reason: s.reason.clone(),

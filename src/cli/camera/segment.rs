@@ -7,12 +7,16 @@ use image::{GrayImage, RgbImage};
 
 use crate::alignment::overlay;
 use crate::alignment::picture::Picture;
-use crate::alignment::segment::{LEAST_SIDE, Prompt, Segment, everything, segment};
+use crate::alignment::segment::{
+    By, LEAST_SIDE, Prompt, Segment, best, everything, extent, offered, segment,
+};
 use crate::files::write;
+use crate::masks::Where;
 use crate::report::exit::Exit;
 use crate::report::{self, Failure, Style};
 
-use super::super::answer::segment::Answer;
+use super::super::answer::segment::{Answer, Others};
+use super::masks::{self, Asked, MasksArgs};
 use super::{picture, unwritten};
 
 #[derive(Debug, Args)]
@@ -31,6 +35,8 @@ pub(in crate::cli) struct SegmentArgs {
     /// Where the masks and a copy of the picture with their outlines go.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    masks: MasksArgs,
 }
 
 /// Reads `N` numbers with commas between them.
@@ -45,21 +51,54 @@ fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
 pub(super) fn segment_picture(args: &SegmentArgs, style: Style) -> Result<Exit, Failure> {
     let image = picture(&args.image)?;
     let asked = prompt(args, &image)?;
+    let others = masks::opened(&args.masks, style)?;
     let seen = Picture::new(&image);
-    let cuts = match &asked {
+    let theirs = match &others {
+        Some(others) => theirs(others, &image, &seen, asked.as_ref())?,
+        None => Vec::new(),
+    };
+    let mut cuts: Vec<Segment> = match &asked {
         Some(asked) => segment(&seen, asked).into_iter().collect(),
         None => everything(&seen),
     };
+    let said = others.map(|others| Others::new(&others.name, &cuts, &theirs));
+    if !theirs.is_empty() {
+        cuts.extend(theirs);
+        cuts = best(cuts, asked.is_some());
+    }
     let masks = match &args.out {
         Some(dir) => keep(dir, &image, &cuts)?,
         None => Vec::new(),
     };
     if style.json {
-        style.document(&Answer::new(&cuts, &masks, image.dimensions()));
+        style.document(&Answer::new(&cuts, &masks, image.dimensions(), said));
     } else {
         style.say(report::segments(&cuts, &masks, asked.is_some()));
+        if let Some(said) = &said {
+            let is_theirs = cuts.iter().any(|cut| cut.by != By::Ours);
+            style.say(report::others_masks(&said.from, said.came, said.agreement, is_theirs));
+        }
     }
     Ok(if cuts.is_empty() { Exit::No } else { Exit::Yes })
+}
+
+/// What somebody else cuts out there, judged as our own cuts are. A rough mask is sent as its box.
+fn theirs(
+    others: &Asked,
+    image: &RgbImage,
+    seen: &Picture,
+    asked: Option<&Prompt>,
+) -> Result<Vec<Segment>, Failure> {
+    let places: Vec<Where> = match asked {
+        None => Vec::new(),
+        Some(Prompt::Box(bounds)) => vec![Where::Box(*bounds)],
+        Some(Prompt::Point(at)) => vec![Where::Point(*at)],
+        Some(Prompt::Mask(mask)) => {
+            extent(mask).map(|(held, _)| Where::Box(held)).into_iter().collect()
+        }
+    };
+    let came = others.ask(image, &places)?;
+    Ok(came.iter().filter_map(|one| offered(seen, &one.mask, one.score, asked)).collect())
 }
 
 /// Writes the masks and the picture with their outlines; returns where the masks are.
