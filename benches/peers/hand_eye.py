@@ -7,6 +7,7 @@ others: the median and the largest of these errors are printed.
 
     pip install "opencv-python-headless<5" numpy     # 5.0.0 has no calibrateHandEye
     python benches/peers/hand_eye.py poses.csv photos/ 9x6:25 [camera.json]
+    python benches/peers/hand_eye.py poses.csv photos/ charuco:5x7:34:28:6x6_250 [camera.json]    # opencv-contrib
 
 The table has the columns that `align hand-eye` reads (m or mm; a rotation vector, roll pitch yaw, or a quaternion). The
 camera's file is what `camera calibrate --write` makes.
@@ -55,13 +56,38 @@ def rows(path):
     return found
 
 
-def corners(path, size):
-    grey = cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2GRAY)
-    ok, found = cv2.findChessboardCorners(grey, size)
-    if not ok:
-        return None, grey.shape[::-1]
-    stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-4)
-    return cv2.cornerSubPix(grey, found, (7, 7), (-1, -1), stop), grey.shape[::-1]
+def chessboard(form):
+    """Where a chessboard's corners are on it, and what finds them: points and pixels."""
+    size, side = form.split(":")
+    size, side = tuple(int(n) for n in size.split("x")), float(side) / 1000
+    points = np.zeros((size[0] * size[1], 3), np.float32)
+    points[:, :2] = side * np.mgrid[: size[0], : size[1]].T.reshape(-1, 2)
+
+    def find(grey):
+        ok, found = cv2.findChessboardCorners(grey, size)
+        if not ok:
+            return None
+        stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-4)
+        return points, cv2.cornerSubPix(grey, found, (7, 7), (-1, -1), stop)
+
+    return points, find
+
+
+def charuco(form):
+    """The same of a ChArUco board, of which a part will do."""
+    size, side, tag, family = form.split(":")
+    columns, rows = (int(n) for n in size.split("x"))
+    tags = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, "DICT_" + family.upper()))
+    board = cv2.aruco.CharucoBoard((columns, rows), float(side) / 1000, float(tag) / 1000, tags)
+    detector, points = cv2.aruco.CharucoDetector(board), np.array(board.getChessboardCorners())
+
+    def find(grey):
+        found, numbers, _, _ = detector.detectBoard(grey)
+        if numbers is None or len(numbers) < 6:
+            return None
+        return points[numbers.ravel()], found
+
+    return points, find
 
 
 def solvers():
@@ -111,27 +137,27 @@ def judged(method, both, robot, board, middle):
 
 def main():
     table, folder, form = rows(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
-    size, side = form.split(":")
-    size, side = tuple(int(n) for n in size.split("x")), float(side) / 1000
-    points = np.zeros((size[0] * size[1], 3), np.float32)
-    points[:, :2] = side * np.mgrid[: size[0], : size[1]].T.reshape(-1, 2)
+    is_charuco = form.startswith("charuco:")
+    points, find = charuco(form.removeprefix("charuco:")) if is_charuco else chessboard(form)
     ordered = sorted(p for p in folder.iterdir() if p.suffix in (".png", ".jpg", ".jpeg"))
     robot, seen = [], []
     for k, (name, a) in enumerate(table):
-        found, image = corners(folder / name if name else ordered[k], size)
+        grey = cv2.cvtColor(cv2.imread(str(folder / name if name else ordered[k])), cv2.COLOR_BGR2GRAY)
+        image, found = grey.shape[::-1], find(grey)
         if found is not None:
             robot.append(a)
             seen.append(found)
+    print(f"{sum(len(pixels) for _, pixels in seen)} of {len(table) * len(points)} corners")
     if len(sys.argv) > 4:
         k = json.loads(Path(sys.argv[4]).read_text())["camera"]["intrinsics"]
         matrix = np.array([[k["fx"], 0, k["cx"]], [0, k["fy"], k["cy"]], [0, 0, 1]])
         lens = np.array([k["k1"], k["k2"], k.get("p1", 0), k.get("p2", 0), k.get("k3", 0)])
     else:
-        rms, matrix, lens, *_ = cv2.calibrateCamera([points] * len(seen), seen, image, None, None)
+        rms, matrix, lens, *_ = cv2.calibrateCamera(*zip(*seen), image, None, None)
         print(f"camera from the same pictures: rms {rms:.3f} px, fx {matrix[0, 0]:.1f} px")
     board = []
-    for s in seen:
-        _, turn, place = cv2.solvePnP(points, s, matrix, lens)
+    for known, pixels in seen:
+        _, turn, place = cv2.solvePnP(known, pixels, matrix, lens)
         board.append(pose(cv2.Rodrigues(turn)[0], place))
     middle = np.append(points.mean(axis=0), 1.0)
     print(f"{len(robot)} of {len(table)} pictures, OpenCV {cv2.__version__}")

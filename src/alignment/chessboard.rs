@@ -95,8 +95,8 @@ pub enum NotFound {
     /// A board with corners hidden or outside the picture.
     #[error(
         "found {seen} corners of a board with at least {columns}x{rows}, asked for {}x{}: part of it is hidden, \
-         blurred or outside the picture{}",
-        asked.0, asked.1, places_worded(*places)
+         blurred or outside the picture",
+        asked.0, asked.1
     )]
     Partly {
         /// Corners that were seen.
@@ -107,7 +107,23 @@ pub enum NotFound {
         rows: usize,
         /// Columns and rows asked for.
         asked: (usize, usize),
-        /// In how many places on the board the part may lie; 0 where less than half of it is seen, or nothing fits.
+    },
+    /// A part of a board that may be this or that part of it.
+    #[error(
+        "found {seen} corners of {columns}x{rows} of the {}x{} asked for, which may lie in {places} places on the board: show \
+         two sides of its margin, or a side more",
+        asked.0, asked.1
+    )]
+    Anywhere {
+        /// Corners that were seen.
+        seen: usize,
+        /// Columns they span.
+        columns: usize,
+        /// Rows they span.
+        rows: usize,
+        /// Columns and rows asked for.
+        asked: (usize, usize),
+        /// In how many places they may lie.
         places: usize,
     },
     /// Corners that are not where edges cross.
@@ -116,14 +132,6 @@ pub enum NotFound {
         /// How many.
         corners: usize,
     },
-}
-
-/// Words that a part of a board may lie in several places on it.
-fn places_worded(places: usize) -> String {
-    if places < 2 {
-        return String::new();
-    }
-    format!(", and what is seen may lie in {places} places on it; show two sides of its margin")
 }
 
 /// The long side of the picture that is searched first, px. Chosen: a board that fills a third of it has squares of
@@ -226,17 +234,19 @@ fn in_plane(plane: &Plane, board: &Board) -> Vec<Grid> {
     grid::grids(&saddles, &saddles.all(most))
 }
 
-/// What to say of a grid that is not the board asked for.
+/// What to say of a grid that is not the board asked for, and may lie in so many places on it.
 fn seen(grid: &Grid, board: &Board, places: usize) -> NotFound {
     let asked = (board.columns, board.rows);
     // Named the way it was asked: the long side where the asked one has it.
     let (long, short) = (grid.n_columns.max(grid.n_rows), grid.n_columns.min(grid.n_rows));
     let (columns, rows) = if asked.0 >= asked.1 { (long, short) } else { (short, long) };
     let seen = grid.n_seen();
-    if seen == columns * rows && (columns, rows) != asked {
+    if places > 1 {
+        NotFound::Anywhere { seen, columns, rows, asked, places }
+    } else if seen == columns * rows && (columns, rows) != asked {
         NotFound::OtherSize { columns, rows, asked }
     } else {
-        NotFound::Partly { seen, columns, rows, asked, places }
+        NotFound::Partly { seen, columns, rows, asked }
     }
 }
 

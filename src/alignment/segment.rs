@@ -28,7 +28,7 @@ use flow::Flow;
 use palette::Palette;
 
 pub use everything::everything;
-pub(in crate::alignment) use offered::agreement;
+pub(in crate::alignment) use offered::{agreement, inside};
 pub use offered::{best, offered};
 pub use prompt::{By, LEAST_SIDE, Prompt, Segment, extent, segment};
 

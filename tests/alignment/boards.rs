@@ -83,6 +83,33 @@ fn every_point_is_found_to_a_fraction_of_a_pixel() {
     }
 }
 
+/// Kalibr's tags stand on their heads against `OpenCV`'s codes; a grid printed with tags upright is found as well.
+#[test]
+fn tags_may_be_printed_either_side_up() {
+    let target = &targets()[2];
+    let Target::Tags(board) = target.clone() else { panic!("the third is a grid of tags") };
+    let (pitch, side) = (board.tag * (1.0 + board.gap), board.tag);
+    let plain = sheet(target);
+    let turned = Sheet {
+        middle: plain.middle,
+        is_up: true,
+        is_bright: Box::new(move |x, y| {
+            let (c, r) = ((x / pitch).floor() * pitch, (y / pitch).floor() * pitch);
+            let is_tag = x - c < side && y - r < side;
+            let at = if is_tag { (2.0 * c + side - x, 2.0 * r + side - y) } else { (x, y) };
+            board.is_bright(at.0, at.1)
+        }),
+    };
+    let camera = camera(&turned, [0.3, 0.2, -0.3], 0.55);
+    let found = target.find(&taken(&turned, &camera, 3)).unwrap();
+    assert!(
+        found.len() > 64 && off(&found, &camera) < 0.2,
+        "{} {}",
+        found.len(),
+        off(&found, &camera)
+    );
+}
+
 #[test]
 fn a_part_of_a_board_with_tags_is_enough_and_of_circles_is_not() {
     for target in targets() {

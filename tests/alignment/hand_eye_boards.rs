@@ -96,7 +96,7 @@ fn sides_of_another_length_are_named_for_what_they_are() {
     .map(|(i, case)| (i + 1, case))
     {
         let sheet = sheet(&drawn[k]);
-        let rig = Rig::before(mount, &sheet, 8);
+        let rig = Rig::before(mount, &sheet, 12);
         let answer = solved(&rig, &views(&rig, &sheet, &said[k], &|_, _| {}), &said[k]);
         let (truth, _) = drawn[k].side();
         let square = answer.square;

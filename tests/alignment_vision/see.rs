@@ -3,9 +3,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use image::RgbImage;
-use nalgebra::{UnitQuaternion, Vector3};
-use trueup::alignment::vision::{Options, Sighting, see, verify};
+use image::{GrayImage, Luma, RgbImage};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use trueup::alignment::outline::{Outline, Projector};
+use trueup::alignment::vision::{MaskIs, Options, Sighting, see, verify};
 use trueup::cli::answer::see::Answer;
 use trueup::world::frame::{Object as ObjectFrame, World};
 use trueup::world::{Camera, Pose, Scene, Shape};
@@ -91,6 +92,70 @@ fn jar_and_cup_are_placed_to_a_millimetre() {
         }
     }
     assert!(by_key_points >= 5, "the contour placed {by_key_points} of 8");
+}
+
+/// Masks that somebody else offers: good ones are used and named; of what is not there none makes a thing found.
+#[test]
+fn masks_of_others_give_contours_and_no_certainty() {
+    let (scene, camera) = (kitchen::scene(), true_camera());
+    let mut n_others = 0;
+    for (seed, jar, cup, gain) in [
+        (1, (0.55, -0.2, 0.3), (0.6, 0.15, 0.0), 1.0),
+        (4, (0.45, -0.25, 0.5), (0.6, 0.02, 0.0), 0.7),
+        (2, (0.62, 0.05, 0.0), (0.5, -0.2, 0.0), 0.4),
+    ] {
+        let light = Light { gain, slope: [0.6, -0.3], noise: 1.5, seed };
+        let image = picture(&scene, &camera, Some(jar), Some(cup), &light);
+        let plain = see(&image, &camera, &scene, &Options::default()).unwrap();
+        assert!(plain.iter().all(|s| !s.checks.is_others && s.mask_is != MaskIs::Offered));
+        // Their masks: the outlines of the things as they stand.
+        let silhouette = |k: usize, (x, y, yaw): Place| {
+            let pose = Pose::upright(x, y, 0.0, yaw);
+            let shape = &scene.objects[k].shape;
+            let outline = Outline::whole(&Projector::new(&camera), shape, &pose, 12);
+            let mask = GrayImage::from_fn(image.width(), image.height(), |u, v| {
+                let is_in = outline.contains(Vector2::new(f64::from(u), f64::from(v)));
+                Luma([if is_in { 255 } else { 0 }])
+            });
+            (scene.objects[k].name.clone(), vec![mask])
+        };
+        let masks = [silhouette(0, jar), silhouette(1, cup)].into();
+        let with = see(&image, &camera, &scene, &Options { masks, ..Options::default() }).unwrap();
+        for ((s, before), place) in with.iter().zip(&plain).zip([jar, cup]) {
+            println!(
+                "{seed} {}: theirs {}, {:?}, was {:?}; probability {:.3}, without {:.3}",
+                s.name,
+                s.checks.is_others,
+                s.mask_is,
+                before.mask_is,
+                s.confidence,
+                before.confidence
+            );
+            n_others += u32::from(s.checks.is_others);
+            if s.found {
+                let (mm, _) = off(s, place.0, place.1, place.2);
+                assert!(mm < 1.5, "{seed} {}: {mm:.2} mm", s.name);
+            }
+            assert!(
+                before.checks.refused.is_none()
+                    || s.checks.refused.is_none()
+                    || !s.checks.is_others
+            );
+        }
+    }
+    assert!(n_others > 0);
+    let cup = (0.6, 0.15, 0.0);
+    // Nothing stands there: a mask of the whole box at the likeliest place, as of a server that says yes to everything.
+    let image = picture(&scene, &camera, None, Some(cup), &Light::even(4));
+    let plain = see(&image, &camera, &scene, &Options::default()).unwrap();
+    let [u0, v0, u1, v1] = plain[0].bbox.map(|side| side.max(0.0) as u32);
+    let lie = GrayImage::from_fn(image.width(), image.height(), |x, y| {
+        Luma([if (u0..=u1).contains(&x) && (v0..=v1).contains(&y) { 255 } else { 0 }])
+    });
+    let masks = [("jar".to_owned(), vec![lie, plain[0].mask.clone().unwrap()])].into();
+    let with = see(&image, &camera, &scene, &Options { masks, ..Options::default() }).unwrap();
+    println!("absent: probability {:.3}, without {:.3}", with[0].confidence, plain[0].confidence);
+    assert!(!with[0].found, "{:?}", with[0]);
 }
 
 /// A clear jar half behind the cup is still found; so is one with its foot hidden.

@@ -74,7 +74,7 @@ fn answer(mut stream: TcpStream, keep: &Mutex<Vec<Value>>) {
         }
         path => {
             let text = says(path, &body, &picture);
-            let _ = stream.write_all((head(text.len()) + &text).as_bytes());
+            let _ = stream.write_all([head(text.len()), text].concat().as_bytes());
         }
     }
 }
@@ -207,6 +207,7 @@ fn the_better_mask_is_taken_and_it_is_said_whose_it_is() {
     // Stripes over half of the picture are no thing, however sure their maker is.
     let answer = ask("bad", &["--box", "90,50,210,170"]).json();
     assert_eq!(answer["segments"][0]["by"], "trueup", "{answer:#}");
+    assert_eq!(answer["masks"]["came"], 1, "{answer:#}");
     // Nothing is an answer.
     for path in ["nothing", "black"] {
         let answer = ask(path, &["--box", "90,50,210,170"]).document("camera-segment");

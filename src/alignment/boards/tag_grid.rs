@@ -1,7 +1,8 @@
 //! Grids of tags, as Kalibr prints them: `AprilTag`s of which each corner touches a small dark square.
 //!
 //! Tags are numbered row by row. Every corner of a tag's frame is a point, placed where the edges around it meet; a part
-//! of the grid is enough.
+//! of the grid is enough. Which side of a tag is up is not the same everywhere: Kalibr's stand on their heads against `OpenCV`'s codes, which
+//! are those read here. All four turns are tried, and the one that most tags agree with is the grid's.
 //!
 //! Source: the layout of Kalibr's `aprilgrid` target (number 0 at the bottom left, x right and y up).
 
@@ -65,16 +66,21 @@ impl TagGrid {
         Ok(Self { columns, rows, tag, gap, family })
     }
 
-    /// The corners of a tag on the board, m, in the order of [`Tag::corners`]; y is up.
-    fn on_board(&self, number: usize) -> [Vector2<f64>; 4] {
+    /// The corners of a tag on the board, m, in the order of [`Tag::corners`] if all tags are printed turned clockwise by so many
+    /// quarters; y is up.
+    fn on_board(&self, number: usize, turn: usize) -> [Vector2<f64>; 4] {
         let pitch = self.tag * (1.0 + self.gap);
         let (x, y) =
             ((number % self.columns) as f64 * pitch, (number / self.columns) as f64 * pitch);
         let side = self.tag;
-        [[x, y + side], [x + side, y + side], [x + side, y], [x, y]].map(Vector2::from)
+        let mut corners =
+            [[x, y + side], [x + side, y + side], [x + side, y], [x, y]].map(Vector2::from);
+        corners.rotate_left(turn % 4);
+        corners
     }
 
-    /// Returns whether the grid is bright at a place, m from the bottom left corner of its first tag, y up; for printing it.
+    /// Returns whether the grid is bright at a place, m from the bottom left corner of its first tag, y up; for printing it as
+    /// Kalibr does.
     #[must_use]
     pub fn is_bright(&self, x: f64, y: f64) -> bool {
         let pitch = self.tag * (1.0 + self.gap);
@@ -95,9 +101,9 @@ impl TagGrid {
         let frame = FRAMES[0] as f64;
         let (c, r) = ((u / self.tag * cells).floor(), ((1.0 - v / self.tag) * cells).floor());
         let inner = |at: f64| (frame..cells - frame).contains(&at);
-        inner(c)
-            && inner(r)
-            && self.family.is_bright(number, c as usize - FRAMES[0], r as usize - FRAMES[0])
+        // Upside down.
+        let from_end = |at: f64| (cells - frame - 1.0 - at) as usize;
+        inner(c) && inner(r) && self.family.is_bright(number, from_end(c), from_end(r))
     }
 
     /// Finds the corners of the tags that are seen.
@@ -115,7 +121,11 @@ impl TagGrid {
         let has = self.columns * self.rows;
         let known: Vec<(&Tag, usize)> =
             tags.iter().filter(|tag| tag.number < has).map(|tag| (tag, tag.number)).collect();
-        let kept = consistent(&known, &|number| self.on_board(number), ASTRAY)
+        let turned = (0..4).filter_map(|turn| {
+            Some((turn, consistent(&known, &|number| self.on_board(number, turn), ASTRAY)?))
+        });
+        let (turn, kept) = turned
+            .max_by_key(|(_, kept)| kept.len())
             .ok_or_else(|| NotFound::OtherBoard { family: family() })?;
         let mut found = Vec::new();
         for &at in &kept {
@@ -124,7 +134,9 @@ impl TagGrid {
             // Steps out of the tag at its top left corner, and on clockwise.
             let steps = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
             let units = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
-            for (i, (corner, place)) in tag.corners.iter().zip(self.on_board(number)).enumerate() {
+            for (i, (corner, place)) in
+                tag.corners.iter().zip(self.on_board(number, turn)).enumerate()
+            {
                 let side = (tag.corners[1] - tag.corners[0]).norm();
                 let radius = (WINDOW.0 * side).min(WINDOW.2 * self.gap * side).max(WINDOW.1);
                 let unit = Vector2::new(units[i].0, units[i].1);

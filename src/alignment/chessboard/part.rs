@@ -12,14 +12,21 @@ use crate::alignment::picture::Plane;
 /// The part of the board's corners that must be seen. Chosen: half of it. Fewer are too easily those of something else that is
 /// chequered.
 const LEAST: f64 = 0.5;
-/// Where the squares outside of the outermost corners, and the margin beyond them, are looked at, in sides of a square: in their
-/// middle, and a quarter of a side beyond.
-const OUTSIDE: (f64, f64) = (0.5, 1.25);
-/// The part of a side's squares, and of its margin, that must look as they should for it to be the board's. Chosen: all but one of
-/// nine, for a speck or a finger.
+/// How far beyond the outermost corners the squares outside begin to be looked at, and how far at most they go, in sides of a
+/// square: past the blur of the corners' own edges, and a whole side, which perspective makes longer by a seventh. Prints cut the
+/// outer squares short as they like.
+const OUTSIDE: (f64, f64) = (0.12, 1.15);
+/// Between two looks, and the width of margin that must be seen, in sides: some pixels of a square of 30 px, as narrow as a margin is that
+/// somebody has cut.
+const STEP: f64 = 0.04;
+const MARGIN: f64 = 0.08;
+/// The part of a side's squares that must look as they should for the board to end there. Chosen: all but one of nine, for a speck
+/// or a finger.
 const AGREE: f64 = 0.85;
-/// Bright and dark are told apart in the middle between those of the board inside.
-const MIDDLE: f64 = 0.5;
+/// Up to this part of the way from dark to bright inside the board a square is dark, and from the second on a margin is bright: paper, not
+/// skin, which is some half as bright.
+const DARK: f64 = 0.5;
+const BRIGHT: f64 = 0.75;
 
 /// A grid as it lies on the board: its corners with their numbers on it.
 pub(super) struct Placed {
@@ -102,30 +109,48 @@ fn ends(plane: &Plane, grid: &Grid) -> [bool; 4] {
 }
 
 /// Whether beyond the first row of corners there is one row of squares, and then a bright margin.
+///
+/// From a dark square outside the picture turns bright within a side and stays so for the margin's width; a bright one is bright as far as
+/// that. Where the board goes on, the bright ones turn dark; what covers it is not as bright as paper.
 fn ends_at_top(plane: &Plane, grid: &Grid) -> bool {
-    let at = |column: usize, row: usize| grid.corners[row * grid.n_columns + column];
     let Some((dark, bright)) = inks(plane, grid) else { return false };
-    let middle = dark + MIDDLE * (bright - dark);
-    let (mut asked, mut squares, mut margin) = (0.0, 0.0, 0.0);
+    let share = |value: f64| (value - dark) / (bright - dark).max(f64::MIN_POSITIVE);
+    let at = |column: usize, row: usize| grid.corners[row * grid.n_columns + column];
+    let (mut ends, mut n_dark, mut light) = (Vec::new(), 0.0, Vec::new());
     for column in 0..grid.n_columns - 1 {
         let four = [at(column, 0), at(column + 1, 0), at(column, 1), at(column + 1, 1)];
         let [Some(a), Some(b), Some(c), Some(d)] = four else { continue };
         let (from, out) = (0.5 * (a + b), 0.5 * (a + b) - 0.5 * (c + d));
-        let value = |far: f64| {
+        let look = move |far: f64| {
             let p = from + out * far;
-            let is_in = p.x > 0.0
-                && p.y > 0.0
-                && p.x < plane.width as f64 - 1.0
-                && p.y < plane.height as f64 - 1.0;
-            is_in.then(|| f64::from(plane.sample(p.x, p.y)))
+            let (w, h) = (plane.width as f64 - 1.0, plane.height as f64 - 1.0);
+            let is_in = p.x > 0.0 && p.y > 0.0 && p.x < w && p.y < h;
+            if is_in { share(f64::from(plane.sample(p.x, p.y))) } else { f64::NAN }
         };
-        asked += 1.0;
         // Above a dark square is a bright one.
-        let is_dark = grid.is_dark != (column % 2 == 0);
-        squares += f64::from(u8::from(value(OUTSIDE.0).is_some_and(|v| (v < middle) == is_dark)));
-        margin += f64::from(u8::from(value(OUTSIDE.1).is_some_and(|v| v > middle)));
+        if grid.is_dark == (column % 2 == 0) {
+            light.push(look);
+        } else {
+            n_dark += 1.0;
+            let far = steps(OUTSIDE.0, OUTSIDE.1).find(|far| look(*far) > BRIGHT);
+            let is_margin = |far: &f64| steps(*far, far + MARGIN).all(|far| look(far) > BRIGHT);
+            ends.extend(far.filter(|far| look(OUTSIDE.0) < DARK && is_margin(far)));
+        }
     }
-    asked >= 0.5 * grid.n_columns as f64 && squares >= AGREE * asked && margin >= AGREE * asked
+    ends.sort_by(f64::total_cmp);
+    let Some(&end) = ends.get(ends.len() / 2) else { return false };
+    let n_light = light.len() as f64;
+    let is_bright =
+        light.iter().map(|look| steps(OUTSIDE.0, end + MARGIN).all(|far| look(far) > BRIGHT));
+    let bright = is_bright.filter(|is_bright| *is_bright).count() as f64;
+    // Two of each at least, so that a speck is no side.
+    ends.len() as f64 >= (AGREE * n_dark).max(2.0) && bright >= (AGREE * n_light).max(2.0)
+}
+
+/// Distances from one to another, a step apart.
+fn steps(from: f64, to: f64) -> impl Iterator<Item = f64> {
+    let n = ((to - from) / STEP).round().max(0.0) as usize;
+    (0..=n).map(move |k| from + STEP * k as f64)
 }
 
 /// How bright dark and bright squares inside are, on the mean.

@@ -40,8 +40,21 @@ pub fn offered(
             by: By::Other { score },
         })
     };
-    let (as_it_is, moved) = (judged(mask.clone()), judged(snapped(picture, mask.clone())));
+    let mask = inside(mask);
+    let (as_it_is, moved) = (judged(mask.clone()), judged(snapped(picture, mask)));
     as_it_is.into_iter().chain(moved).reduce(better)
+}
+
+/// A mask without the picture's outermost pixels: an outline is one that closes within the picture.
+pub(in crate::alignment) fn inside(mask: &GrayImage) -> GrayImage {
+    let mut mask = mask.clone();
+    let (w, h) = mask.dimensions();
+    for (x, y, pixel) in mask.enumerate_pixels_mut() {
+        if x == 0 || y == 0 || x + 1 == w || y + 1 == h {
+            pixel.0[0] = 0;
+        }
+    }
+    mask
 }
 
 /// How much a mask is that of a whole thing, 0 to 1, in a box around it; 0 of one that is none.

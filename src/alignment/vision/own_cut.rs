@@ -8,7 +8,7 @@ use crate::alignment::key_points::{self, Placed};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
 use crate::alignment::placement::Evidence;
-use crate::alignment::segment::{BORDERS, Expect, agreement, cut};
+use crate::alignment::segment::{BORDERS, Expect, agreement, cut, inside};
 
 /// A cut of an object, the picture's own or one that somebody else offered, and where its contour's key points put it.
 pub(super) struct OwnCut {
@@ -101,7 +101,7 @@ pub(super) fn offered_cuts(
     masks: &[GrayImage],
 ) -> Vec<OwnCut> {
     let place = |mask: &GrayImage| {
-        let mut mask = mask.clone();
+        let mut mask = inside(mask);
         for (x, y, pixel) in mask.enumerate_pixels_mut() {
             if evidence.hidden.covers(Vector2::new(f64::from(x), f64::from(y))) {
                 pixel.0[0] = 0;
