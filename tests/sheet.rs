@@ -9,7 +9,7 @@ use trueup::world::{Camera, Pixel};
 
 /// What is drawn of a board, and its middle, m.
 pub(crate) struct Sheet {
-    is_bright: Box<dyn Fn(f64, f64) -> bool>,
+    pub(crate) is_bright: Box<dyn Fn(f64, f64) -> bool>,
     pub(crate) middle: [f64; 2],
     /// Whether the board's y is up, seen from its front.
     pub(crate) is_up: bool,
