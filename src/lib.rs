@@ -22,8 +22,8 @@
 //! | read the task language | [`language::parse()`], [`language::Library`] |
 //!
 //! Features, all on by default: `kortex` (the Gen3 and its emulator), `vqa` (models, cameras and scales at web
-//! addresses), `page` (the teaching page), `lsp` (the language server), `bags` (ROS 2 bags). Without them nothing is
-//! built that speaks TLS.
+//! addresses), `page` (the teaching page), `lsp` (the language server), `bags` (ROS 2 bags), `arrow` (files for Rerun). Without them
+//! nothing is built that speaks TLS.
 
 pub mod units;
 pub mod files;
@@ -32,6 +32,8 @@ pub mod lines;
 pub mod http;
 pub mod masks;
 pub mod film;
+#[cfg(feature = "arrow")]
+pub mod rrd;
 pub mod fit;
 pub mod world;
 pub mod language;

@@ -18,6 +18,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("masks", &["plain", "http"]),
     // Pictures become a file that players open.
     ("film", &[]),
+    // Rows with times become a file that Rerun opens.
+    ("rrd", &[]),
     ("fit", &[]),
     // Frames, cameras, objects, scenes and states as data: whoever moves an arm or fits a camera needs no parser.
     ("world", &[]),

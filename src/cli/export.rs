@@ -9,8 +9,11 @@ use crate::files::{self, write};
 use crate::report::export::{self, Material};
 use crate::report::film::Seen;
 use crate::report::{self, Failure, Style, kept};
-use crate::workcell::{Run, archive, film, picture};
+use crate::workcell::links::Links;
+use crate::workcell::{Run, archive, film, picture, record};
 
+#[cfg(feature = "arrow")]
+use super::cell;
 use super::inputs::data;
 use super::shared::Shared;
 use crate::report::exit::Exit;
@@ -20,28 +23,25 @@ use crate::report::exit::Exit;
 pub(super) struct ExportArgs {
     /// A run folder, or the number or name of one in the folder of `--record`.
     run: PathBuf,
-    /// An MCAP file for Foxglove, Rerun, ROS 2 and `trueup gap`: joints, gripper, scale, poses, pictures, steps, fluents.
+    /// An MCAP file for Foxglove, ROS 2 and `trueup gap`: joints, gripper, scale, poses, pictures, steps, fluents.
     #[cfg(feature = "bags")]
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
     /// A table: the arm's recording with the current step and every fluent as measured last.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Not written: Rerun opens the file of `--mcap`.
-    #[arg(long, value_name = "FILE", hide = true)]
+    /// An RRD file for Rerun: as `--mcap`, and the arm's links, margins and what was said. Of a run in another scene than
+    /// the kitchen, `--scene` says which, for the links.
+    #[cfg(feature = "arrow")]
+    #[arg(long, value_name = "FILE")]
     rrd: Option<PathBuf>,
     /// A film for browsers and players: camera beside twin, with the step, the fluents and the water below.
     #[arg(long, value_name = "FILE")]
     mp4: Option<PathBuf>,
 }
 
-/// `trueup export RUN --mp4 FILE --mcap FILE --csv FILE`.
+/// `trueup export RUN --mp4 FILE --mcap FILE --rrd FILE --csv FILE`.
 pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
-    if args.rrd.is_some() {
-        return Err(Failure::input("export::format", "RRD files are not written").help(
-            "Rerun opens MCAP files: `trueup export RUN --mcap run.mcap`, `rerun run.mcap`",
-        ));
-    }
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     // A run that ended before the arm was asked anything has none.
@@ -53,7 +53,18 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
     let still = |number: usize, whose: &str| {
         files::read::bytes(&film::picture(&dir, number, whose), files::read::DATA).ok()
     };
-    let material = Material { run: &run, arm: &arm, picture: &picture, film: &film, still: &still };
+    // A run that was cut off may have none.
+    let events = files::read::text_of(&dir.join(record::EVENTS), files::read::DATA);
+    let links = links(args, cli, &run, style)?;
+    let material = Material {
+        run: &run,
+        arm: &arm,
+        picture: &picture,
+        film: &film,
+        still: &still,
+        events: &events.unwrap_or_default(),
+        links: links.as_ref(),
+    };
     let wrong = |error: export::Error| {
         Failure::input("export::run", format!("{}: {error}", dir.display()))
             .help("a run folder as `trueup` writes it can be exported")
@@ -68,6 +79,10 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
     if let Some(path) = &args.mcap {
         put(path, &export::bag(&material).map_err(wrong)?)?;
     }
+    #[cfg(feature = "arrow")]
+    if let Some(path) = &args.rrd {
+        put(path, &export::rrd(&material).map_err(wrong)?)?;
+    }
     if let Some(path) = &args.csv {
         put(path, export::table(&material).map_err(wrong)?.as_bytes())?;
     }
@@ -80,7 +95,7 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
     }
     if written.is_empty() {
         return Err(Failure::input("usage", "`export` is not told what to write")
-            .help("`trueup export RUN --mp4 run.mp4`, `--mcap run.mcap` or `--csv run.csv`"));
+            .help("`trueup export RUN --mp4 run.mp4`, `--rrd run.rrd`, `--mcap run.mcap` or `--csv run.csv`"));
     }
     if style.json {
         style.document(&serde_json::json!({"files": written}));
@@ -88,6 +103,34 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
         style.say(format!("{} in {}", run.task, written.join(" and ")));
     }
     Ok(Exit::Yes)
+}
+
+/// Returns where the arm's links are, for a file that has a place for them.
+#[cfg(feature = "arrow")]
+fn links(
+    args: &ExportArgs,
+    cli: &Shared,
+    run: &Run,
+    style: Style,
+) -> Result<Option<Links>, Failure> {
+    if args.rrd.is_none() {
+        return Ok(None);
+    }
+    let found = Links::of(run, cell::options(cli, None)?)
+        .map_err(|error| report::cell_failure(&error, style))?;
+    if found.is_none() {
+        style.note(
+            "the arm's links are left out: arm and scene are not this run's; `--scene FILE` or `--stdlib FOLDER` says which",
+        );
+    }
+    Ok(found)
+}
+
+/// As there: without that file, nobody asks.
+#[cfg(not(feature = "arrow"))]
+#[expect(clippy::unnecessary_wraps, reason = "as the other, which may fail")]
+fn links(_: &ExportArgs, _: &Shared, _: &Run, _: Style) -> Result<Option<Links>, Failure> {
+    Ok(None)
 }
 
 /// Returns the film of a run.

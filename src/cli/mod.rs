@@ -117,7 +117,7 @@ enum Command {
     Teach(teach::TeachArgs),
     /// Write a run folder as one HTML page.
     Report(report::ReportArgs),
-    /// Write a run as MCAP or CSV, for other programs.
+    /// Write a run as a film, or as MCAP, RRD or CSV for other programs.
     Export(export::ExportArgs),
     /// Kinematics, dynamics and planning of a robot.
     #[command(subcommand)]

@@ -35,7 +35,8 @@ fn acting(command: &str) -> Vec<&'static str> {
         "lab hide" => &[&["seed", "stdlib", "lab"]],
         "robot plan" => &[&["seed", "motion"]],
         "vqa eval" | "robot ik" => &[&["seed"]],
-        "runs" | "replay" | "report" | "export" | "vqa label" => &[&["record"]],
+        "runs" | "replay" | "report" | "vqa label" => &[&["record"]],
+        "export" => &[&["record", "scene", "stdlib"]],
         "marks" | "camera see" | "scene from" | "align hand-eye" => &[&["scene"]],
         _ => &[],
     };

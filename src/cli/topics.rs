@@ -143,9 +143,11 @@ The three regressions on tables of pairs:
         name: "export",
         title: "take a run elsewhere",
         text: "\
-One self-contained page; a film; a bag for Foxglove, Rerun and ROS 2; a table.
+One self-contained page; a film; a recording for Rerun; a bag for Foxglove and
+ROS 2; a table.
   trueup report 1 -o run.html
   trueup export 1 --mp4 run.mp4
+  trueup export 1 --rrd run.rrd
   trueup export 1 --mcap run.mcap
   trueup export 1 --csv run.csv
 `gap` reads what was exported:

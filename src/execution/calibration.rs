@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::motion::Robot;
-use crate::world::frame::World;
+use crate::world::frame::{Base, World};
 use crate::world::{Camera, Pose, Scene};
 
 use super::cell::Cell;
@@ -62,11 +62,19 @@ impl Calibration {
     /// to, so the ends of its ranges, its speeds and its height over the table are the arm's own, and nothing
     /// is left to correct when the arm moves.
     pub fn cell(&self, declared: &Cell) -> Cell {
-        let robot = Robot::clone(&declared.robot)
-            .with_zero_offsets(&self.zeros)
-            .with_tool_shift(self.tool_shift.into());
+        let robot = self.robot(&declared.robot);
         let mut scene = Scene::clone(&declared.scene);
-        scene.world_from_base = self.reported_from_real.inverse() * scene.world_from_base;
+        scene.world_from_base = self.world_from_base(&scene);
         Cell { robot: Arc::new(robot), scene: Arc::new(scene), ..declared.clone() }
+    }
+
+    /// Returns a declared robot with the zeros and the gripper that were found.
+    pub fn robot(&self, declared: &Robot) -> Robot {
+        declared.clone().with_zero_offsets(&self.zeros).with_tool_shift(self.tool_shift.into())
+    }
+
+    /// Returns where the base of a declared scene really stands.
+    pub fn world_from_base(&self, declared: &Scene) -> Pose<World, Base> {
+        self.reported_from_real.inverse() * declared.world_from_base
     }
 }

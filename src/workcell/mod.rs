@@ -36,6 +36,7 @@ mod filming;
 mod known;
 mod lead;
 mod leader;
+pub mod links;
 mod moments;
 mod needs;
 mod now;

@@ -10,10 +10,10 @@ use trueup::units::Dimension;
 use crate::program::Scratch;
 use crate::repl::kept;
 
-const RUN: &str = "runs/20260101-100000-pour";
+pub(super) const RUN: &str = "runs/20260101-100000-pour";
 
 /// A run folder with a recording of two joints and a picture after its first step.
-fn with_rows(scratch: &Scratch) {
+pub(super) fn with_rows(scratch: &Scratch) {
     kept::lay_out(scratch);
     let mut rows = String::from(
         "t[s],q_cmd_1[rad],q_cmd_2[rad],q_1[rad],q_2[rad],dq_1[rad/s],dq_2[rad/s],\
@@ -99,7 +99,6 @@ fn what_cannot_be_exported_says_what_helps() {
     with_rows(&scratch);
     for (args, words) in [
         (&["export", RUN][..], "--mcap run.mcap"),
-        (&["export", RUN, "--rrd", "run.rrd"], "Rerun opens MCAP files"),
         (&["export", "7", "--csv", "run.csv"], "trueup runs"),
     ] {
         let said = scratch.trueup(args);

@@ -5,6 +5,7 @@ mod bad_input;
 mod calibrate;
 mod explain;
 mod export;
+mod export_rrd;
 mod gap;
 mod hand_eye;
 mod help;

@@ -6,6 +6,7 @@ mod during;
 mod film;
 mod fork;
 mod lines;
+mod links;
 mod places;
 mod recovery;
 mod conduct;

@@ -19,6 +19,7 @@ use super::ros::{
     COMPRESSED_IMAGE, CompressedImage, FLOAT64, Float64, Header, JOINT_STATE, JointState, Stamp,
     TF_MESSAGE, TfMessage, TransformStamped, cdr,
 };
+use super::rows::{self, Rows};
 use super::{Error, Material};
 
 /// Foxglove's level of a message that is no warning.
@@ -40,40 +41,6 @@ struct Message {
     /// When, ns.
     at: u64,
     data: Vec<u8>,
-}
-
-/// The recording of an arm: the columns' names, without units, and its rows in SI.
-struct Rows {
-    names: Vec<String>,
-    rows: Vec<Vec<f64>>,
-}
-
-impl Rows {
-    /// Reads a run's `arm.csv`.
-    fn read(text: &str) -> Result<Self, Error> {
-        let mut reader = csv::Reader::from_reader(text.as_bytes());
-        let name = |header: &str| header.split('[').next().unwrap_or_default().to_owned();
-        let names = reader.headers()?.iter().map(name).collect();
-        let mut rows = Vec::new();
-        for (n, record) in reader.records().enumerate() {
-            let number = |text: &str| {
-                text.parse().map_err(|_| Error::Cell { line: n + 2, text: text.to_owned() })
-            };
-            rows.push(record?.iter().map(number).collect::<Result<Vec<f64>, _>>()?);
-        }
-        Ok(Self { names, rows })
-    }
-
-    /// Returns the places of `stem_1`, `stem_2`, … among the columns.
-    fn group(&self, stem: &str) -> Vec<usize> {
-        let at = |n: usize| self.names.iter().position(|name| *name == format!("{stem}_{n}"));
-        (1..).map_while(at).collect()
-    }
-
-    /// Returns the place of a column.
-    fn column(&self, name: &str) -> Option<usize> {
-        self.names.iter().position(|known| known == name)
-    }
 }
 
 /// Returns an MCAP file of the run.
@@ -151,16 +118,15 @@ fn header(time: f64, frame_id: &'static str) -> Header {
 }
 
 /// The rows of the arm's recording.
-fn joints(rows: &Rows, messages: &mut Vec<Message>) -> Result<(), Error> {
-    let groups = ["q", "dq", "tau", "q_cmd"].map(|stem| rows.group(stem));
+fn joints(arm: &Rows, messages: &mut Vec<Message>) -> Result<(), Error> {
+    let groups = ["q", "dq", "tau", "q_cmd"].map(|stem| arm.group(stem));
     let names: Vec<String> = (1..=groups[0].len()).map(|n| format!("joint_{n}")).collect();
-    let (opening, mass) = (rows.column("gripper"), rows.column("mass"));
-    for row in &rows.rows {
-        let time = row.first().copied().unwrap_or_default();
+    let (opening, mass) = (arm.column("gripper"), arm.column("mass"));
+    for row in &arm.rows {
+        let time = rows::time(row);
         let at = nanoseconds(time);
-        let values = |group: &[usize]| group.iter().filter_map(|&i| row.get(i).copied()).collect();
         let [position, velocity, effort, command]: [Vec<f64>; 4] =
-            std::array::from_fn(|g| values(&groups[g]));
+            std::array::from_fn(|g| rows::values(row, &groups[g]));
         let state = |position, velocity, effort| JointState {
             header: header(time, "base"),
             name: names.clone(),

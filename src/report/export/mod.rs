@@ -1,20 +1,27 @@
-//! A run folder → one file for other programs: messages of ROS 2 in an MCAP file, or a table.
+//! A run folder → one file for other programs: messages of ROS 2 in an MCAP file, an RRD file for Rerun, or a table.
 //!
-//! Only what the folder holds is written; nothing is computed anew. Times are the arm's own, s since its clock
+//! Only what the folder holds is written; nothing is computed anew but where the arm's links are. Times are the arm's own, s since its clock
 //! began, as in `arm.csv`. Files are read and written by whoever calls.
 
 mod table;
+#[cfg(any(feature = "bags", feature = "arrow"))]
+mod rows;
 #[cfg(feature = "bags")]
 mod bag;
 #[cfg(feature = "bags")]
 mod ros;
+#[cfg(feature = "arrow")]
+mod rrd;
 
 #[cfg(feature = "bags")]
 pub use bag::bag;
+#[cfg(feature = "arrow")]
+pub use rrd::rrd;
 pub use table::table;
 
 use crate::workcell::Run;
 use crate::workcell::film::Film;
+use crate::workcell::links::Links;
 
 /// What of a run folder is written.
 pub struct Material<'a> {
@@ -28,6 +35,10 @@ pub struct Material<'a> {
     pub film: &'a Film,
     /// Returns the bytes of a moment's picture, a JPEG file: of the camera (`real`) or the `twin`.
     pub still: &'a dyn Fn(usize, &str) -> Option<Vec<u8>>,
+    /// The lines of its `events.jsonl`.
+    pub events: &'a str,
+    /// Where the links of its arm are, if that is known.
+    pub links: Option<&'a Links>,
 }
 
 /// Why a run cannot be written.
