@@ -165,7 +165,7 @@ The same task in the laboratories of seeds 1 to 20, and without each regression:
 The same command goes on where it ended. In parts, on several machines:
   trueup trials --task scripts/pour.task --n 20 --shard 1/2 --out trials/a
   trueup trials --task scripts/pour.task --n 20 --shard 2/2 --out trials/b
-  trueup trials merge trials/a trials/b
+  trueup trials merge trials/a trials/b --parquet trials.parquet
 Ray, Dask and Slurm: examples/cluster. The paper's own tables:
   trueup paper table2 --n 20",
     },

@@ -15,6 +15,8 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 
 use crate::arm::Cancel;
+#[cfg(feature = "arrow")]
+use crate::files::write;
 use crate::language::ast::Step;
 use crate::language::{self, Source};
 use crate::lines;
@@ -82,6 +84,10 @@ struct Told {
     leak: f64,
     #[command(flatten)]
     form: FormArgs,
+    /// Also write the trials as a Parquet file, a row each: for pandas, R, DuckDB.
+    #[cfg(feature = "arrow")]
+    #[arg(long, value_name = "FILE")]
+    parquet: Option<PathBuf>,
 }
 
 /// In which form a table is printed.
@@ -167,6 +173,8 @@ pub(super) fn trials(args: &TrialsArgs, cli: &Shared, style: Style) -> Result<Ex
             .help("`--task scripts/pour.task`, or `--task 'pour(jar, cup)'`"));
     };
     let Counted { trials, file, of, stopped } = counted(task, args, cli, style)?;
+    #[cfg(feature = "arrow")]
+    write_parquet(&trials, &args.told, style)?;
     if style.json {
         let rows = table(&trials, args.told.leak);
         style.document(&json!({
@@ -202,7 +210,12 @@ impl TrialsArgs {
     /// Returns the arguments of `n` trials kept in a folder.
     pub(super) fn of(n: u64, ablate: Vec<u8>, budget: f64, out: PathBuf) -> Self {
         let form = FormArgs { csv: false, md: false };
-        let told = Told { leak: LEAK, form };
+        let told = Told {
+            leak: LEAK,
+            form,
+            #[cfg(feature = "arrow")]
+            parquet: None,
+        };
         Self { command: None, task: None, n, shard: None, ablate, budget, out: Some(out), told }
     }
 }
@@ -235,6 +248,17 @@ pub(super) fn counted(
 
 fn tell(trials: &[Trial], told: &Told, style: Style) {
     style.say(report::trials::table(&table(trials, told.leak), told.leak, told.form.form()));
+}
+
+/// Writes the trials as a table, where one is asked for.
+#[cfg(feature = "arrow")]
+fn write_parquet(trials: &[Trial], told: &Told, style: Style) -> Result<(), Failure> {
+    let Some(path) = &told.parquet else { return Ok(()) };
+    let bytes = report::parquet::file(trials)
+        .map_err(|error| Failure::input("trials::table", error.to_string()))?;
+    write::replace(path, bytes).map_err(|error| Failure::unwritten(path, &error))?;
+    style.note(&format!("{} trials are a table in {}", trials.len(), path.display()));
+    Ok(())
 }
 
 /// What is to be tried, and where it is kept.
@@ -458,6 +482,8 @@ fn merged(args: &MergeArgs, style: Style) -> Result<Exit, Failure> {
         return Err(Failure::input("trials::none", "there is no trial in these files")
             .help("`trueup trials --task FILE --out DIR` keeps them in DIR/trials.jsonl"));
     }
+    #[cfg(feature = "arrow")]
+    write_parquet(&trials, &args.told, style)?;
     if style.json {
         let rows = table(&trials, args.told.leak);
         style.document(&json!({

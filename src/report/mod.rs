@@ -28,6 +28,8 @@ pub mod seen;
 pub mod sentence;
 pub mod teach;
 pub mod paper;
+#[cfg(feature = "arrow")]
+pub mod parquet;
 pub mod plot;
 pub mod trials;
 pub mod vqa;

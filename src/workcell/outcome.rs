@@ -33,6 +33,17 @@ impl Ending {
     pub fn is_done(self) -> bool {
         matches!(self, Self::Success | Self::Unconfirmed)
     }
+
+    /// Returns its word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Success => "success",
+            Self::Unconfirmed => "unconfirmed",
+            Self::Failure => "failure",
+            Self::Stopped => "stopped",
+            Self::Unavailable => "unavailable",
+        }
+    }
 }
 
 /// Whether a run is over.

@@ -73,12 +73,13 @@ impl File {
         }
     }
 
-    fn of<'a>(&'a self, entity: &'a str) -> impl Iterator<Item = &'a Chunk> {
+    fn of<'a>(&'a self, entity: &str) -> impl Iterator<Item = &'a Chunk> + use<'a> {
+        let entity = entity.to_owned();
         self.chunks.iter().filter(move |chunk| chunk.entity == entity)
     }
 
     /// Returns the only chunk of an entity with times, or without.
-    fn one(&self, entity: &str, is_static: bool) -> &Chunk {
+    fn one<'a>(&'a self, entity: &str, is_static: bool) -> &'a Chunk {
         let mut found = self.of(entity).filter(|chunk| chunk.is_static() == is_static);
         let one = found.next().unwrap_or_else(|| panic!("{entity}"));
         assert!(found.next().is_none(), "{entity} is there twice");
@@ -154,8 +155,9 @@ fn a_recording_for_rerun_holds_what_the_run_holds() {
     }
     let name = file.one("/__properties", true).items("RecordingInfo:name", 0);
     assert_eq!(name.as_string::<i32>().value(0), run.task);
-    let info = file.store.info.unwrap();
-    assert_eq!(info.store_id.unwrap().application_id.unwrap().id, "trueup");
+    let info = file.store.info.as_ref().unwrap();
+    let store = info.store_id.as_ref().unwrap();
+    assert_eq!(store.application_id.as_ref().unwrap().id, "trueup");
     let about = file.one("/about", true).items("TextDocument:text", 0);
     assert!(about.as_string::<i32>().value(0).contains("| `/joints/position_rad`"));
 }

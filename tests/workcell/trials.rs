@@ -1,5 +1,7 @@
 //! Trials: what a run counts for, the table, and the command that goes on where it ended.
 
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::{Field, Row};
 use serde_json::json;
 use trueup::execution::calibrate::Switches;
 use trueup::workcell::trials::{Trial, table};
@@ -18,6 +20,39 @@ fn trial(seed: u64, target: f64, source: f64, spilt: f64) -> Trial {
     run.water = Some(Water { in_target_ml, in_source_ml, vessels_ml, spilt_ml, measured_by });
     run.aims = Some(Aims { holds: true, pours: true });
     Trial::of(&run, Switches::default())
+}
+
+/// A column of a Parquet file as text, `-` where nothing is.
+fn column(file: &str, name: &str) -> Vec<String> {
+    let reader = SerializedFileReader::try_from(std::path::Path::new(file)).unwrap();
+    let rows = reader.get_row_iter(None).unwrap().map(Result::unwrap);
+    let one = |row: Row| {
+        let (_, field) = row.get_column_iter().find(|(own, _)| *own == name).unwrap();
+        if matches!(field, Field::Null) { "-".to_owned() } else { field.to_string() }
+    };
+    rows.map(one).collect()
+}
+
+#[test]
+fn trials_are_a_table_in_parquet() {
+    let scratch = Scratch::new("trials-parquet");
+    let (poured, mut refused) = (trial(7, 150.0, 4.0, 0.5), trial(u64::MAX, 0.0, 150.0, 0.0));
+    refused = Trial { outcome: None, in_target_ml: None, without: vec![1, 3], ..refused };
+    let lines = [&poured, &refused].map(|trial| serde_json::to_string(trial).unwrap() + "\n");
+    scratch.file("t/trials.jsonl", lines.concat());
+    let said = scratch.trueup(&["trials", "merge", "t", "--parquet", "t.parquet"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(said.err.contains("2 trials are a table in t.parquet"), "{said:?}");
+    let path = scratch.path("t.parquet").display().to_string();
+    assert_eq!(column(&path, "seed"), ["7", "18446744073709551615"]);
+    assert_eq!(column(&path, "outcome"), [json!("success").to_string(), "-".into()]);
+    assert_eq!(column(&path, "in_target_ml"), ["150.0", "-"]);
+    assert_eq!(column(&path, "spilt_ml"), ["0.5", "0.0"]);
+    assert_eq!(column(&path, "arm_s"), ["8.0", "8.0"]);
+    assert_eq!(column(&path, "without_regression_1"), ["false", "true"]);
+    assert_eq!(column(&path, "without_regression_2"), ["false", "false"]);
+    let unwritten = scratch.trueup(&["trials", "merge", "t", "--parquet", "none/t.parquet"]);
+    assert_eq!(unwritten.code, 2, "{unwritten:?}");
 }
 
 #[test]

@@ -128,13 +128,18 @@ impl Writer {
         self.lines(entity, names, rows, Some(modes))
     }
 
-    /// A thing that moves.
-    fn moves(&mut self, entity: &str, poses: Timed<Isometry3<f64>>) -> Result<(), Error> {
+    /// A thing that moves, with its name beside it or not.
+    fn moves(
+        &mut self,
+        entity: &str,
+        poses: Timed<Isometry3<f64>>,
+        is_named: bool,
+    ) -> Result<(), Error> {
         if poses.is_empty() {
             return Ok(());
         }
         let axes = (Component::AXIS_LENGTH, Items::Lengths(vec![AXES]));
-        let name = (Component::SHOW_FRAME, Items::Flags(vec![true]));
+        let name = (Component::SHOW_FRAME, Items::Flags(vec![is_named]));
         self.always(entity, vec![axes, name])?;
         let (times, poses) = in_order(poses);
         let at = poses.iter().map(|pose| single(pose.translation.vector.into())).collect();
@@ -223,7 +228,8 @@ fn arm_moves(arm: &Rows, links: &Links, file: &mut Writer) -> Result<(), Error> 
     let rows: Timed<Vec<Isometry3<f64>>> = rows.collect();
     for (n, name) in links.names().into_iter().enumerate() {
         let poses = rows.iter().map(|(time, poses)| (*time, poses[n])).collect();
-        file.moves(&path(&["scene", "arm", name]), poses)?;
+        // A dozen names on top of each other tell nothing.
+        file.moves(&path(&["scene", "arm", name]), poses, false)?;
     }
     let chain = links.chain();
     let strip = |poses: &[Isometry3<f64>]| {
@@ -259,7 +265,7 @@ fn poses<'a>(
         }
     }
     for (name, poses) in things {
-        file.moves(&path(&["scene", whose, name]), poses)?;
+        file.moves(&path(&["scene", whose, name]), poses, true)?;
     }
     Ok(())
 }
