@@ -33,4 +33,5 @@ mod hostile;
 mod lsp;
 mod teach;
 mod repl;
+mod newcomers;
 mod page;

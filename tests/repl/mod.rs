@@ -22,7 +22,7 @@ use crate::program::Scratch;
 const MARK: &str = "?end-of-answer";
 
 /// Returns the prompt that a typed line begins with: `lab>`, `pour 3/8>`, `y/n/u>`.
-fn prompt_of(line: &str) -> Option<&str> {
+pub(crate) fn prompt_of(line: &str) -> Option<&str> {
     let (prompt, _) = line.split_once('>')?;
     let is_prompt = prompt.starts_with(|c: char| c.is_ascii_lowercase())
         && !prompt.ends_with(' ')
@@ -47,9 +47,12 @@ fn transcripts() -> Vec<PathBuf> {
     found
 }
 
+/// A prompt, and the lines that are typed after it.
+pub(crate) type Statement = (String, Vec<String>);
+
 /// What is typed in a transcript, with the prompt before it: statements of one line or several.
-fn typed(transcript: &str) -> Vec<(String, Vec<String>)> {
-    let mut statements: Vec<(String, Vec<String>)> = Vec::new();
+pub(crate) fn typed(transcript: &str) -> Vec<Statement> {
+    let mut statements: Vec<Statement> = Vec::new();
     for line in transcript.lines() {
         if let Some(prompt) = prompt_of(line) {
             let first = line[prompt.len()..].trim_start().to_owned();
@@ -65,7 +68,7 @@ fn typed(transcript: &str) -> Vec<(String, Vec<String>)> {
 struct Script {
     file: PathBuf,
     expected: String,
-    statements: Vec<(String, Vec<String>)>,
+    statements: Vec<Statement>,
 }
 
 /// Types transcripts at one prompt and returns what each came to, every answer ending with a newline.
@@ -74,11 +77,25 @@ fn play(heading: Option<&str>, scripts: &[Script]) -> Vec<String> {
     kept::lay_out(&scratch);
     let args = heading.and_then(|heading| heading.strip_prefix("// with "));
     let args: Vec<&str> = args.map_or_else(Vec::new, |args| args.split(' ').collect());
+    let all: Vec<Statement> =
+        scripts.iter().flat_map(|script| script.statements.iter().cloned()).collect();
+    let mut answered = answered(&scratch, &args, &all).into_iter();
+    let heading = heading.map_or_else(String::new, |heading| format!("{heading}\n"));
+    let one = |script: &Script| {
+        let lines = answered.by_ref().take(script.statements.len());
+        format!("{heading}{}", lines.collect::<String>())
+    };
+    scripts.iter().map(one).collect()
+}
+
+/// Types statements at one prompt and returns each as the terminal shows it, with its answer, every answer ending with
+/// a newline.
+pub(crate) fn answered(scratch: &Scratch, args: &[&str], statements: &[Statement]) -> Vec<String> {
     let mut input = format!("{MARK}\n");
-    for (_, statement) in scripts.iter().flat_map(|script| &script.statements) {
+    for (_, statement) in statements {
         writeln!(input, "{}\n{MARK}", statement.join("\n")).unwrap();
     }
-    let said = scratch.typed(&args, &input);
+    let said = scratch.typed(args, &input);
     // Asking for the mark, which is no name, is the worst line.
     assert_eq!(said.code, 2, "{}", said.out);
     assert!(!said.out.contains("panicked") && !said.out.contains('\x1b'), "{}", said.out);
@@ -86,23 +103,20 @@ fn play(heading: Option<&str>, scripts: &[Script]) -> Vec<String> {
     let end = "lists what can be called\n";
     let at = said.out.find(end).unwrap() + end.len();
     let (mark, mut rest) = said.out.split_at(at);
-    let mut transcripts = Vec::new();
-    for script in scripts {
-        let mut transcript = heading.map_or_else(String::new, |heading| format!("{heading}\n"));
-        for (prompt, statement) in &script.statements {
-            writeln!(transcript, "{prompt} {}", statement.join("\n ... ")).unwrap();
-            // After `:quit` nobody answers.
-            let (answer, after) = rest.split_once(mark).unwrap_or((rest, ""));
-            transcript += answer;
-            if !answer.is_empty() && !answer.ends_with('\n') {
-                transcript.push('\n');
-            }
-            rest = after;
+    let mut shown = Vec::new();
+    for (prompt, statement) in statements {
+        let mut line = format!("{prompt} {}\n", statement.join("\n ... "));
+        // After `:quit` nobody answers.
+        let (answer, after) = rest.split_once(mark).unwrap_or((rest, ""));
+        line += answer;
+        if !answer.is_empty() && !answer.ends_with('\n') {
+            line.push('\n');
         }
-        transcripts.push(transcript);
+        rest = after;
+        shown.push(line);
     }
     assert_eq!(rest, "", "an answer that nobody asked for");
-    transcripts
+    shown
 }
 
 #[test]

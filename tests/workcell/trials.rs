@@ -36,7 +36,7 @@ fn column(file: &str, name: &str) -> Vec<String> {
 #[test]
 fn trials_are_a_table_in_parquet() {
     let scratch = Scratch::new("trials-parquet");
-    let (poured, mut refused) = (trial(7, 150.0, 4.0, 0.5), trial(u64::MAX, 0.0, 150.0, 0.0));
+    let (poured, mut refused) = (trial(7, 150.0, 4.0, 0.5), trial(u64::MAX, 0.0, 150.0, 12.0));
     refused = Trial { outcome: None, in_target_ml: None, without: vec![1, 3], ..refused };
     let lines = [&poured, &refused].map(|trial| serde_json::to_string(trial).unwrap() + "\n");
     scratch.file("t/trials.jsonl", lines.concat());
@@ -47,7 +47,7 @@ fn trials_are_a_table_in_parquet() {
     assert_eq!(column(&path, "seed"), ["7", "18446744073709551615"]);
     assert_eq!(column(&path, "outcome"), [json!("success").to_string(), "-".into()]);
     assert_eq!(column(&path, "in_target_ml"), ["150.0", "-"]);
-    assert_eq!(column(&path, "spilt_ml"), ["0.5", "0.0"]);
+    assert_eq!(column(&path, "spilt_ml"), ["0.5", "12.0"]);
     assert_eq!(column(&path, "arm_s"), ["8.0", "8.0"]);
     assert_eq!(column(&path, "without_regression_1"), ["false", "true"]);
     assert_eq!(column(&path, "without_regression_2"), ["false", "false"]);
