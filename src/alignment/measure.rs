@@ -400,7 +400,7 @@ mod tests {
             (cuboid(0.05, 0.08, 0.16), 0.65, 0.0, 1.2),
         ] {
             let (image, mask) = painted(&shape, &ObjectPose::upright(x, y, 0.0, yaw));
-            let found = measure(&image, &camera(), &mask).unwrap();
+            let found = measure(&Picture::new(&image), &image, &camera(), &mask).unwrap();
             let at = found.world_from_object.origin();
             assert!((at.xy() - Vector2::new(x, y)).norm() < 2e-3, "{shape:?}: {found:?}");
             assert!((found.shape.height() - shape.height()).abs() < 2e-3, "{shape:?}: {found:?}");
@@ -425,13 +425,13 @@ mod tests {
     fn what_is_no_solid_is_refused() {
         let image = RgbImage::from_pixel(1280, 720, Rgb([200, 176, 144]));
         let empty = GrayImage::new(1280, 720);
-        let found = measure(&image, &camera(), &empty);
+        let found = measure(&Picture::new(&image), &image, &camera(), &empty);
         assert_eq!(found, Err(Unmeasured::Outline(Refused::Empty)));
         // An L on the table.
         let is_l = |u: u32, v: u32| {
             (500..700).contains(&u) && (300..500).contains(&v) && (u < 560 || v > 440)
         };
         let mask = GrayImage::from_fn(1280, 720, |u, v| Luma([if is_l(u, v) { 255 } else { 0 }]));
-        assert!(measure(&image, &camera(), &mask).is_err());
+        assert!(measure(&Picture::new(&image), &image, &camera(), &mask).is_err());
     }
 }
