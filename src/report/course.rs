@@ -149,10 +149,10 @@ fn fluents(steps: &[StepRecord], span: &Span) -> Option<String> {
             );
         }
     }
-    let _ = write!(
+    let _ = writeln!(
         svg,
         "<text class=\"soft\" x=\"{NAMES}\" y=\"{:.0}\">0 s</text>\
-         <text class=\"soft\" x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"end\">{:.0} s of arm time</text></svg></div>\n",
+         <text class=\"soft\" x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"end\">{:.0} s of arm time</text></svg></div>",
         high - 8.0,
         WIDTH - 4.0,
         high - 8.0,
@@ -216,8 +216,8 @@ fn water(film: &Film, span: &Span) -> Option<String> {
             moments().map(|moment| (moment.time - span.begin, moment.water_ml[*column] * 1e-6));
         plot.line(points, COLOURS[k % COLOURS.len()], "");
     }
-    let names = columns.iter().map(|column| film.vessels[*column].clone()).collect();
-    Some(card("Water in the twin", plot, names))
+    let names: Vec<String> = columns.iter().map(|column| film.vessels[*column].clone()).collect();
+    Some(card("Water in the twin", plot, &names))
 }
 
 /// Draws the torques that the joints felt.
@@ -253,11 +253,11 @@ fn lines(
         let points = table.times.iter().zip(values).map(|(t, value)| (t - span.begin, *value));
         plot.line(points, COLOURS[k % COLOURS.len()], "");
     }
-    let names = (1..=joints.len()).map(|joint| format!("joint {joint}")).collect();
-    Some(card(title, plot, names))
+    let names: Vec<String> = (1..=joints.len()).map(|joint| format!("joint {joint}")).collect();
+    Some(card(title, plot, &names))
 }
 
-fn card(title: &str, plot: Plot, names: Vec<String>) -> String {
+fn card(title: &str, plot: Plot, names: &[String]) -> String {
     let mut text = format!(
         "<figure class=\"card\"><h2>{title}</h2>\n{}\n<figcaption class=\"key\">",
         plot.drawn(title)

@@ -30,7 +30,9 @@ pub(super) fn detour(
     let by = axes.map(|axis| (to - from).dot(&axis));
     let lines = by.map(|by| lines(by, reach));
     let at = |node: Node| from + axes[0] * lines[0][node.0] + axes[1] * lines[1][node.1];
-    let index = |axis: usize, place: f64| lines[axis].iter().position(|line| *line == place);
+    let index = |axis: usize, place: f64| {
+        lines[axis].iter().position(|line| line.total_cmp(&place).is_eq())
+    };
     let (begin, end) = ((index(0, 0.0)?, index(1, 0.0)?), (index(0, by[0])?, index(1, by[1])?));
     let mut open = BinaryHeap::new();
     let mut best: BTreeMap<Node, (u64, Option<Node>)> = BTreeMap::new();

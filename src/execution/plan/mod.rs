@@ -277,13 +277,13 @@ impl Planner {
             }
         }
         for other in &self.state.unknown {
-            let (shape, stands, within) = match &other.form {
-                Some(form) => (form.shape.clone(), form.world_from_object, form.within),
-                None => {
-                    let shape = Shape::Cylinder { radius: other.radius, height: other.height };
-                    (shape, Pose::upright(other.at[0], other.at[1], 0.0, 0.0), 0.0)
-                }
+            let bound = || {
+                let shape = Shape::Cylinder { radius: other.radius, height: other.height };
+                (shape, Pose::upright(other.at[0], other.at[1], 0.0, 0.0), 0.0)
             };
+            let (shape, stands, within) = other.form.as_ref().map_or_else(bound, |form| {
+                (form.shape.clone(), form.world_from_object, form.within)
+            });
             let (doubt, stands) = (self.doubt + within, base_from_world * stands);
             for solid in Obstacle::of_object(UNKNOWN, &shape, doubt, stands) {
                 world.add(&solid);

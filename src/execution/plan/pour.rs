@@ -115,14 +115,7 @@ impl Planner {
     pub fn pours(&self, source: &str, target: &str, clearance: f64) -> Result<Vec<Pour>, NoWay> {
         let what = wording::to_pour(source, target);
         let no = |why| NoWay { what: what.clone(), why };
-        let (held, tool_from_object) = self.in_hand().ok_or_else(|| no(Why::EmptyHand))?;
-        if held != source {
-            return Err(no(Why::EmptyHand));
-        }
-        // Along the thing's own axis the hand points down.
-        if -tool_from_object.inverse().axis(2).z > FRAC_1_SQRT_2 {
-            return Err(no(Why::OverOpening));
-        }
+        let tool_from_object = self.held_aside(source).map_err(no)?;
         let scene = &self.cell.scene;
         let shape = |name: &str| scene.object(name).map(|object| &object.shape);
         let source_shape = shape(source).ok_or_else(|| no(Why::NotSeen(source.to_owned())))?;
@@ -222,6 +215,17 @@ impl Planner {
             return Err(no(dropped.why()));
         }
         Ok(kept)
+    }
+}
+
+impl Planner {
+    /// Returns how `source` lies in a hand that holds it by its side.
+    fn held_aside(&self, source: &str) -> Result<Pose<Tool, frame::Object>, Why> {
+        let held = self.in_hand().filter(|(held, _)| held == source);
+        let (_, tool_from_object) = held.ok_or(Why::EmptyHand)?;
+        // Along the thing's own axis the hand would point down.
+        let is_over = -tool_from_object.inverse().axis(2).z > FRAC_1_SQRT_2;
+        if is_over { Err(Why::OverOpening) } else { Ok(tool_from_object) }
     }
 }
 
