@@ -84,7 +84,7 @@ fn shifts(plane: &Plane, grid: &Grid, board: &Board) -> Vec<(usize, usize)> {
     let is_right = |(column, row): &(usize, usize)| {
         // The first square inside is dark, where colours tell that one from the last.
         let is_dark = (column + row) % 2 == 0;
-        let agrees = (board.columns + board.rows) % 2 == 0 || grid.is_dark == is_dark;
+        let agrees = (board.columns + board.rows).is_multiple_of(2) || grid.is_dark == is_dark;
         let [top, right, bottom, left] = ends;
         agrees
             && (!top || *row == 0)

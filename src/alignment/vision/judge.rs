@@ -157,18 +157,24 @@ pub(super) fn judge(
         }
     };
     sighting.hull = outline.hull.iter().map(|p| [p.x, p.y]).collect();
-    // A cut is the better mask when it is smooth and agrees with the solid.
-    let agrees = |mask: &GrayImage| {
+    (sighting.mask_is, sighting.mask) = masked(cut.map(|cut| &cut.mask), is_others, silhouette);
+    (sighting, doubt)
+}
+
+/// Chooses the mask of a thing: the cut when it is smooth and agrees with the solid, else the solid's silhouette.
+fn masked(
+    cut: Option<&GrayImage>,
+    is_others: bool,
+    silhouette: GrayImage,
+) -> (MaskIs, Option<GrayImage>) {
+    let agrees = |mask: &&GrayImage| {
         overlap(mask, &silhouette) > AGREES && Smoothness::of(mask).is_some_and(|s| s.is_smooth())
     };
-    let cut = cut.map(|cut| &cut.mask).filter(|mask| agrees(mask));
-    sighting.mask_is = match (cut, is_others) {
-        (None, _) => MaskIs::Silhouette,
-        (Some(_), false) => MaskIs::OwnCut,
-        (Some(_), true) => MaskIs::Offered,
-    };
-    sighting.mask = cut.cloned().or(Some(silhouette));
-    (sighting, doubt)
+    match cut.filter(agrees) {
+        None => (MaskIs::Silhouette, Some(silhouette)),
+        Some(mask) if is_others => (MaskIs::Offered, Some(mask.clone())),
+        Some(mask) => (MaskIs::OwnCut, Some(mask.clone())),
+    }
 }
 
 /// Says how probable a placement is and what speaks most against it; returns what the nearest rival leaves of it.
