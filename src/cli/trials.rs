@@ -84,7 +84,7 @@ struct Told {
     leak: f64,
     #[command(flatten)]
     form: FormArgs,
-    /// Also write the trials as a Parquet file, a row each: for pandas, R, DuckDB.
+    /// Also write the trials as a Parquet file, a row each: for pandas and R.
     #[cfg(feature = "arrow")]
     #[arg(long, value_name = "FILE")]
     parquet: Option<PathBuf>,

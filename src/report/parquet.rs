@@ -1,4 +1,4 @@
-//! Trials as a Parquet file, for pandas, R and DuckDB: a row a trial, columns flat and typed, named as in the JSON.
+//! Trials as a Parquet file, for pandas and R: a row a trial, columns flat and typed, named as in the JSON.
 //!
 //! What a trial does not have is null. Columns are not compressed: a trial is a few hundred bytes.
 

@@ -57,7 +57,8 @@ pub fn rrd(material: &Material<'_>) -> Result<Vec<u8>, Error> {
     let run = material.run;
     let text = serde_json::to_vec(run).map_err(|error| Error::Format(error.to_string()))?;
     let hash = Sha256::new().chain_update(text).chain_update(material.arm).finalize();
-    let digits: String = hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect();
+    let number = hash.iter().take(16).fold(0_u128, |number, &byte| number << 8 | u128::from(byte));
+    let digits = format!("{number:032x}");
     let seed = hash.iter().take(8).fold(0, |seed, &byte| seed << 8 | u64::from(byte));
     let source = concat!("trueup ", env!("CARGO_PKG_VERSION"));
     let mut file = Writer(Recording::new("trueup", &digits, source, seed));
@@ -318,12 +319,12 @@ fn fluents(steps: &[StepRecord], file: &mut Writer) -> Result<(), Error> {
         }
     }
     let truth = |truth: Option<bool>| truth.map_or(f64::NAN, |truth| f64::from(u8::from(truth)));
-    let ways: [(&str, &dyn Fn(&FluentRow) -> Option<bool>); 3] = [
-        ("expected", &|row| row.expected),
-        ("twin", &|row| row.twin),
-        ("measured", &|row| row.measured),
-    ];
-    for (whose, of) in ways {
+    for whose in ["expected", "twin", "measured"] {
+        let of = |row: &FluentRow| match whose {
+            "expected" => row.expected,
+            "twin" => row.twin,
+            _ => row.measured,
+        };
         let rows = after_steps(steps, &names, |row| truth(of(row)));
         file.steps(&path(&["fluents", whose]), &names, rows)?;
     }
@@ -376,7 +377,7 @@ fn events(material: &Material<'_>) -> Timed<(&'static str, String)> {
     for event in material.events.lines().filter_map(|line| serde_json::from_str(line).ok()) {
         match event {
             Event::Phase { name, detail } => {
-                lines.push((now, ("INFO", format!("{name}: {detail}"))))
+                lines.push((now, ("INFO", format!("{name}: {detail}"))));
             }
             Event::Note { text, is_detail } => {
                 lines.push((now, (if is_detail { "DEBUG" } else { "INFO" }, text)));
