@@ -26,7 +26,7 @@ const EVERY: f64 = 0.005;
 fn main() {
     let out = std::env::args().nth(1);
     let n = std::env::args().nth(2).map_or(3, |n| n.parse().unwrap());
-    let mut lines = String::new();
+    let mut lines: Vec<String> = Vec::new();
     let limits = Limits::of(&Robot::gen3());
     let mut random = StdRng::seed_from_u64(1);
     for (corners, far) in KINDS {
@@ -54,11 +54,11 @@ fn main() {
                 "time_us": least * 1e6,
                 "samples": samples,
             });
-            lines += &format!("{line}\n");
+            lines.push(line.to_string());
             println!("{corners} corners: {duration:.3} s, found in {:.0} us", least * 1e6);
         }
     }
     if let Some(out) = out {
-        std::fs::write(out, lines).unwrap();
+        std::fs::write(out, lines.join("\n")).unwrap();
     }
 }
