@@ -14,7 +14,8 @@ use crate::files::write;
 use crate::report::exit::Exit;
 use crate::report::{self, Failure, Style};
 use crate::scene::SOLID_DENSITY;
-use crate::scene::write::{colour_word, to_text};
+use crate::scene::write::to_text;
+use crate::world::colour::colour_word;
 use crate::world::{Camera, Material, Object, Scene};
 
 use super::camera::{calibrated, picture};

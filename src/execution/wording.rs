@@ -6,7 +6,7 @@ use std::fmt::{Display, Write as _};
 
 use crate::alignment::vision::Sighting;
 use crate::http::Address;
-use crate::scene::write::colour_word;
+use crate::world::colour::colour_word;
 use crate::world::region::TABLE;
 use crate::world::{Intrinsics, Region, Shape, Unknown};
 

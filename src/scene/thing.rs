@@ -8,22 +8,10 @@ use super::error::{Mistake, Side};
 use super::read::Reader;
 use crate::language::ast::{Expr, ExprKind, Literal, Property, SceneThing};
 use crate::units::{Dimension, Quantity};
+use crate::world::colour::COLOURS;
 use crate::world::mug::Sizes;
 use crate::world::profile::Fault;
 use crate::world::{Cavity, Material, Mug, Object, Profile, Shape};
-
-/// Colour words that `looks` may hold, with sRGB.
-pub(super) const COLOURS: &[(&str, [u8; 3])] = &[
-    ("red", [192, 40, 40]),
-    ("green", [40, 150, 70]),
-    ("blue", [32, 80, 192]),
-    ("yellow", [220, 190, 40]),
-    ("orange", [225, 120, 30]),
-    ("white", [235, 235, 235]),
-    ("black", [35, 35, 35]),
-    ("brown", [120, 80, 50]),
-    ("grey", [128, 128, 128]),
-];
 
 /// The type of what slides in a case.
 pub(super) const DRAWER: &str = "Drawer";

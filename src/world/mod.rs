@@ -5,6 +5,7 @@
 
 pub mod camera;
 pub mod camera_file;
+pub mod colour;
 pub mod drawer;
 pub mod frame;
 pub mod mesh;

@@ -65,15 +65,6 @@ fn every_board_finds_a_camera_on_the_wrist_and_a_fixed_one() {
             let rig = Rig::before(mount, &sheet, 8);
             let answer = solved(&rig, &views(&rig, &sheet, target, &|_, _| {}), target);
             let (position, rotation) = error(&rig, &answer);
-            println!(
-                "{k} {mount}: {:.2} mm {:.3} deg, left out {:.2} mm, corners {:.3} px, {:.3} ± {:.3} mm",
-                1e3 * position,
-                rotation.to_degrees(),
-                1e3 * answer.leave_one_out().unwrap().0.position,
-                answer.picture_rms_px,
-                1e3 * answer.square.measured,
-                1e3 * answer.square.std
-            );
             assert_eq!(answer.mount, mount, "{k}");
             // Noise of 0.3 mm and 0.03 deg in the poses, as for the chessboard's points in `hand_eye.rs`.
             assert!(position < 1.5e-3 && rotation < 3e-3, "{k} {mount}: {position} {rotation}");
@@ -129,15 +120,8 @@ fn parts_of_a_board_are_enough() {
                 }
             };
             let views = views(&rig, &sheet, target, &hand);
-            let seen: Vec<usize> = views.iter().map(|v| v.points.len()).collect();
             let answer = solved(&rig, &views, target);
             let (position, rotation) = error(&rig, &answer);
-            println!(
-                "{mount}: {seen:?} corners, {:.2} mm, {:.3} deg, left out {:.2} mm",
-                1e3 * position,
-                rotation.to_degrees(),
-                1e3 * answer.leave_one_out().unwrap().0.position
-            );
             assert_eq!(answer.mount, mount);
             assert!(position < 2e-3 && rotation < 4e-3, "{mount}: {position} {rotation}");
             assert!(!answer.square.is_wrong, "{mount}: {:?}", answer.square);

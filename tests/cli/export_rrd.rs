@@ -215,12 +215,11 @@ fn fluents_are_as_in(file: &File, run: &trueup::workcell::Run) {
         let row = row.as_primitive::<Float64Type>().values();
         for (name, value) in names.iter().zip(row) {
             let fluent = step.fluents.iter().find(|fluent| fluent.name == *name);
-            match fluent.and_then(|fluent| fluent.measured) {
-                Some(truth) => assert!((value - f64::from(u8::from(truth))).abs() < 1e-12),
-                None => {
-                    assert!(value.is_nan(), "{name} after step {}", step.number);
-                    n_unknown += 1;
-                }
+            if let Some(truth) = fluent.and_then(|fluent| fluent.measured) {
+                assert!((value - f64::from(u8::from(truth))).abs() < 1e-12);
+            } else {
+                assert!(value.is_nan(), "{name} after step {}", step.number);
+                n_unknown += 1;
             }
         }
     }

@@ -41,7 +41,7 @@ fn a_page_holds_all_of_a_run_and_needs_nothing_else() {
     let rows = "t[s],q_cmd_1[rad],q_cmd_2[rad],q_1[rad],q_2[rad],tau_1[N*m],tau_2[N*m]\n";
     let row = |t: f64| format!("{t},0.1,0.2,0.1,0.19,1.5,-20.0\n");
     let arm: String = (0..60).map(|k| row(0.1 * f64::from(k))).collect();
-    scratch.file("runs/20260102-110000-pour/arm.csv", &format!("{rows}{arm}"));
+    scratch.file("runs/20260102-110000-pour/arm.csv", format!("{rows}{arm}"));
     scratch.file(
         "runs/20260102-110000-pour/film/film.csv",
         "number,t[s],step,jar[mL],cup[mL],spilt[mL]\n1,0.5,1,150.00,0.00,0.00\n2,2.5,2,20.00,130.00,0.00\n",

@@ -8,8 +8,8 @@ use trueup::world::{Pose, WorldState};
 
 use super::options;
 
-/// Where the arm is, rad: its home.
-const Q: [f64; 7] = [0.0, 0.26, 3.14, -2.27, 0.0, 0.96, 1.57];
+/// Where the arm is, rad: near its home.
+const Q: [f64; 7] = [0.0, 0.26, 3.1, -2.27, 0.0, 0.96, 1.5];
 
 /// A run of one step, after which the tool was off by `off` m from where its joints have it.
 fn run(off: f64) -> Run {
