@@ -73,5 +73,7 @@ fn a_spill_is_explained_and_the_next_run_pours() {
     assert!(spilt(&second) < 2.0, "{} mL spilt", spilt(&second));
     let folder = second["run_dir"].as_str().unwrap().to_owned();
     let again = scratch.trueup(&["gap", &folder, "--model", "bench.task", "--json"]).json();
-    assert_eq!(again["verdict"], "nothing_missing", "{again}");
+    // What was found from one run leaves a gap below the noise, and nothing else is named for it.
+    assert_ne!(again["verdict"], "named", "{again}");
+    assert!(again["gap"]["before"]["heldout"].as_f64().unwrap() < 1.0, "{again}");
 }
