@@ -2,7 +2,7 @@
 //!
 //! An RRD file is a header, messages and a footer. The first message names the recording; every other one is a chunk:
 //! rows of one entity as a table of Arrow, with the columns that Rerun's archetypes ask for ([`column`]) and one column
-//! of times. The last message lists the chunks and what is where in time ([`footer`]), so that a reader need not read
+//! of times. The last message lists the chunks and what is where in time (`footer`), so that a reader need not read
 //! all. Nothing is compressed: pictures are already, and the rest is small. Only one timeline is written, and no
 //! layout of views.
 //!

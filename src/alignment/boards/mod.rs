@@ -2,7 +2,7 @@
 //!
 //! A chessboard ([`super::chessboard`]) is whole in the picture, or hidden so that one place on it is left for what is seen. A `ChArUco` board ([`charuco`]) and a grid of
 //! tags ([`tag_grid`]) say by their tags which part of them is seen, so any part will do. Circles ([`circles`]) stand in a
-//! grid, whole as well. What a board is as a whole is [`form`]'s. Finding the camera from what was found is [`super::intrinsics`]'s work.
+//! grid, whole as well. What a board is as a whole is `form`'s. Finding the camera from what was found is [`super::intrinsics`]'s work.
 
 pub mod charuco;
 pub mod circles;
