@@ -105,8 +105,8 @@ impl ActionContext {
     pub fn stands(&mut self, o: &str) -> Result<bool, ActionError> {
         /// Where it was to be let down to, with room for what a calibrated arm is off, m.
         const LET_DOWN: f64 = 0.004;
-        /// An arm that is stopped millimetres before its end presses with some ten newtons; what is felt of nothing is off by
-        /// a tenth of this, kg.
+        /// So much less than nothing the hand bears when the arm presses, kg. Chosen: a newton; one weighing of half a second is
+        /// off by 1.2 g (`docs/lab.md`).
         const PRESSES: f64 = -0.1;
         /// Averaged so long, s.
         const FEELS: f64 = 0.5;

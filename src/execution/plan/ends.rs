@@ -108,6 +108,7 @@ impl Planner {
         let from = pose.origin().xy();
         let is_round = object.shape.faces().is_none();
         let [first, second] = square(object, pose);
+        let is_free = |from, to| self.slides_free(object, pose, [from, to], on);
         let mut ends = Vec::new();
         for place in places.iter().take(PLACES) {
             let by = place.xy() - from;
@@ -119,10 +120,6 @@ impl Planner {
             for (a, b) in [(first, second), (second, first)] {
                 let corner = from + a * by.dot(&a);
                 let turn = by.dot(&a).abs() > SHORTEST && by.dot(&b).abs() > SHORTEST;
-                let is_free = |from: Vector2<f64>, to: Vector2<f64>| {
-                    let stands = Pose::upright(from.x, from.y, pose.origin().z, pose.yaw());
-                    self.on_the_way(object, &stands, to, on).is_none()
-                };
                 if turn && is_free(from, corner) && is_free(corner, place.xy()) {
                     ends.push(vec![corner.into(), place.xy().into()]);
                 }
@@ -139,16 +136,25 @@ impl Planner {
         places: &[Vector3<f64>],
         on: &str,
     ) -> Vec<Vec<[f64; 2]>> {
-        let is_free = |from: Vector2<f64>, to: Vector2<f64>| {
-            let stands = Pose::upright(from.x, from.y, pose.origin().z, pose.yaw());
-            self.on_the_way(object, &stands, to, on).is_none()
-        };
+        let is_free = |from, to| self.slides_free(object, pose, [from, to], on);
         let (from, axes) = (pose.origin().xy(), square(object, pose));
         let ways = places.iter().take(ROUND_TO).filter_map(|place| {
             let way = detour(from, place.xy(), axes, FARTHEST, &is_free)?;
             Some(way.into_iter().map(Into::into).collect())
         });
         ways.collect()
+    }
+
+    /// Whether a thing, turned as it stands at `pose`, slides straight from one point to another.
+    fn slides_free(
+        &self,
+        object: &scene::Object,
+        pose: &Pose<World, Object>,
+        [from, to]: [Vector2<f64>; 2],
+        on: &str,
+    ) -> bool {
+        let stands = Pose::upright(from.x, from.y, pose.origin().z, pose.yaw());
+        self.on_the_way(object, &stands, to, on).is_none()
     }
 
     /// Returns what is in the way of a thing that slides straight to a point, the edge of what bears it included.

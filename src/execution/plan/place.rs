@@ -46,7 +46,7 @@ const BRANCHES: usize = 4;
 const MEANT: usize = 4;
 /// Room that a hand keeps from the walls of a vessel, and from what is beside it, where it sets something down in it, m: a
 /// calibrated arm is off by 2 to 4 mm (`docs/results.md`). Chosen: with none of it a wrist that passed a chest in the twin
-/// was stopped by it; with twice as much hardly a vessel is wide enough for a hand.
+/// was stopped by it in the laboratory; more was not tried.
 const AT_WALLS: f64 = 0.004;
 /// What a way costs for each rad that the joint that turns most has to go, 1/rad: the unit of the others.
 const TRAVEL_COST: f64 = 1.0;

@@ -3,7 +3,8 @@
 //! A push goes straight, square to a face of the thing, with the middle of the fingers on the line through its middle: then
 //! it neither turns nor slips off (Lynch and Mason, "Stable pushing", IJRR 1996: a line of contact pushes stably while the
 //! centre of friction stays before it). Where one straight push does not lead to the place, two square to each other do, or
-//! more round what is in the way ([`super::ends`]). It is pushed at its mid height or lower. How far it slides on when the hand stops is left out: 1 mm at the speed of a push.
+//! more round what is in the way ([`super::ends`]). It is pushed at its mid height or lower. How far it slides on when the hand
+//! stops is left out: 1 mm at the speed of a push.
 
 use std::f64::consts::FRAC_PI_2;
 
