@@ -175,6 +175,9 @@ fn bind_twin(engine: &mut Engine) {
         .register_fn("placements", |twin: &mut Twin, o: &str, at: Region| {
             twin.plans()?.placements(o, &at).map(list).map_err(raise)
         })
+        .register_fn("turned_placements", |twin: &mut Twin, o: &str| {
+            twin.plans()?.turned_placements(o).map(list).map_err(raise)
+        })
         .register_fn("pushes", |twin: &mut Twin, o: &str, at: &str| {
             let at = Region::On(at.to_owned());
             twin.plans()?.pushes(o, &at).map(list).map_err(raise)

@@ -107,6 +107,12 @@ pub const WORDS: &[ScriptWord] = &[
         "ways to put `o` down on `at`: `\"table\"`, another thing, into a vessel, or a place such as `left_of(cup)` that \
          came as an argument; best first",
     ),
+    twin(
+        "turned_placements",
+        "o",
+        "ways to put down `o`, held from above, on a free place of the table, turned so that a level hand can take it there; \
+         best first",
+    ),
     part("placement", "above", "joint positions above the place"),
     part("placement", "way_down", "the path down to it"),
     part("placement", "way_out", "the path away with open fingers"),

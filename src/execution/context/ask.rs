@@ -74,6 +74,21 @@ impl ActionContext {
         Ok(ways)
     }
 
+    /// `twin.turned_placements(o)`: ways to put down `o`, held from above, on a free place of the table, turned so that a level hand can take
+    /// it there, best first.
+    pub fn turned_placements(&mut self, o: &str) -> Result<Vec<Placement>, ActionError> {
+        let logged = self.run.log.next(Kind::Placements, |entry| match entry {
+            Entry::Placements(ways) => Some(ways.clone()),
+            _ => None,
+        })?;
+        if let Some(ways) = logged {
+            return Ok(ways);
+        }
+        let ways = self.planner()?.turned_placements(o)?;
+        self.run.log.record(Entry::Placements(ways.clone()));
+        Ok(ways)
+    }
+
     /// `twin.pushes(o, at)`: ways to push `o` along what it stands on to a free place, best first.
     pub fn pushes(&mut self, o: &str, at: &Region) -> Result<Vec<Push>, ActionError> {
         let logged = self.run.log.next(Kind::Pushes, |entry| match entry {

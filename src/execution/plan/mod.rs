@@ -14,6 +14,7 @@ mod place;
 mod pour;
 mod push;
 mod straight;
+mod turn;
 mod work;
 
 use std::sync::Arc;

@@ -135,6 +135,16 @@ impl Planner {
     ///
     /// [`NoWay`] when the hand is empty, nobody knows where `at` is, or no free place is reachable.
     pub fn placements(&self, o: &str, at: &Region) -> Result<Vec<Placement>, NoWay> {
+        self.placements_where(o, at, &|_| true)
+    }
+
+    /// As [`Self::placements`], only of poses that `suits` lets pass.
+    pub(super) fn placements_where(
+        &self,
+        o: &str,
+        at: &Region,
+        suits: &dyn Fn(&Pose<World, Object>) -> bool,
+    ) -> Result<Vec<Placement>, NoWay> {
         let what = wording::to_put(o, at);
         let no = |why| NoWay { what: what.clone(), why };
         let (held, tool_from_object) = self.in_hand().ok_or_else(|| no(Why::EmptyHand))?;
@@ -210,7 +220,7 @@ impl Planner {
                 if !around.lets(&way_down, &way_out, &mut dropped) {
                     continue;
                 }
-                if !self.passes(&way_down) || !self.passes(&way_out) {
+                if !self.passes(&way_down) || !self.passes(&way_out) || !suits(&stands) {
                     dropped.out_of_reach(0.0);
                     continue;
                 }
