@@ -1,9 +1,9 @@
-//! Where a thing that is pushed may come to, and the straight stretches that lead there.
+//! Where a thing that is pushed may come to, and over which points.
 //!
-//! One stretch square to a face where that will do, else two square to each other, else more round what is in the way. What
-//! the arm reaches is for [`super::push`] to say.
+//! What is round is pushed in any direction, what has faces square to one of them. What the arm reaches is for [`super::push`]
+//! to say.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::collections::BTreeMap;
 
 use nalgebra::{Vector2, Vector3};
 
@@ -11,142 +11,177 @@ use crate::world::frame::{Object, World};
 use crate::world::region::Unseen;
 use crate::world::{self as scene, Pose, Region};
 
-use super::detour::detour;
+use super::roadmap::Roadmap;
 use super::{Planner, Why};
 
-/// How far apart the ends are that are looked at along one straight push, m, and how far a push may go: as far as a table is
-/// wide.
+/// How far apart the places are that are looked at along a push, m.
 const STEP: f64 = 0.01;
+/// How far a push may go, m: as far as a table is wide.
 const FARTHEST: f64 = 0.8;
-/// A stretch shorter than this is left out, m: it is less than a thing is known by.
-const SHORTEST: f64 = 0.005;
+/// How far apart the points are over which a thing may be pushed, m, where it has faces, and where it is round, so that every
+/// point may be come to from every other. Chosen: what is pushed is 4 to 9 cm wide; with half of it a search costs four, and
+/// sixteen, times as much; with twice as much gaps that are 10 cm wider than the thing are missed.
+const LINES: f64 = 0.05;
+const POINTS: f64 = 0.075;
 /// So much room is left beside the thing on its way, m: its place is known to some millimetres.
 const BESIDE: f64 = 0.005;
 /// So far inside a region a push ends, m: half of what a point allows, as for putting down.
 const INSIDE: f64 = 0.5 * scene::region::AT;
 /// From here on inside no end is better than another, m: as for putting down.
 const WELL_INSIDE: f64 = 0.5 * scene::region::NEAR;
+/// What a metre less far inside costs as way. Chosen: to end a centimetre farther inside, 10 cm more are pushed.
+const SHALLOW: f64 = 10.0;
 /// How far from the edge of the table it is kept, m: as for putting down.
 const FROM_EDGE: f64 = 0.02;
-/// Places of a region that are tried with two pushes: each costs some twenty searches.
-const PLACES: usize = 8;
-/// Places that are tried with more than two. Chosen: each costs a search over the table, and neighbours are come to alike.
-const ROUND_TO: usize = 3;
+/// Places of a region that are ends besides those along a face, and how far apart these are, m. Chosen: as many as stand round
+/// a thing at that distance; neighbours are come to alike.
+const PLACES: usize = 12;
+const APART: f64 = 0.05;
+/// How far off the direction of a face a stretch may be, no unit: rounding.
+const SQUARE: f64 = 1e-9;
+/// Directions in which a round thing is pushed to the deepest place along them.
+const ROUND: i32 = 16;
+
+/// What is asked about stretches while a thing is pushed over a table, each once.
+pub(super) struct Slides<'p> {
+    planner: &'p Planner,
+    object: &'p scene::Object,
+    pose: Pose<World, Object>,
+    on: &'p str,
+    axes: [Vector2<f64>; 2],
+    known: BTreeMap<(usize, usize), bool>,
+}
+
+impl<'p> Slides<'p> {
+    pub(super) fn new(
+        planner: &'p Planner,
+        object: &'p scene::Object,
+        pose: Pose<World, Object>,
+        on: &'p str,
+    ) -> Self {
+        let axes = square(object, &pose);
+        Self { planner, object, pose, on, axes, known: BTreeMap::new() }
+    }
+
+    /// Whether the thing slides free from one point of a roadmap to another, in a direction in which it does not turn.
+    pub(super) fn is_free(&mut self, roadmap: &Roadmap, a: usize, b: usize) -> bool {
+        let (from, to) = (roadmap.point(a), roadmap.point(b));
+        let by = to - from;
+        if by.norm() < 2.0 * BESIDE || by.norm() > FARTHEST {
+            return false;
+        }
+        let is_round = self.object.shape.faces().is_none();
+        let is_square = || self.axes.iter().any(|axis| by.perp(axis).abs() < SQUARE);
+        (is_round || is_square())
+            && *self.known.entry((a, b)).or_insert_with(|| {
+                self.planner.slides(self.object, &self.pose, [from, to], self.on)
+            })
+    }
+}
 
 impl Planner {
-    /// Returns where a push, or two, may end, best first: the points at which the thing is left.
-    pub(super) fn ends(
+    /// Returns the points over which a thing may be pushed, where it stands first, and those among them where it may stay.
+    pub(super) fn roadmap(
         &self,
         object: &scene::Object,
         pose: &Pose<World, Object>,
         at: &Region,
         on: &str,
-    ) -> Result<Vec<Vec<[f64; 2]>>, Why> {
+    ) -> Result<Roadmap, Why> {
         let from = pose.origin().xy();
         let unseen = |lost: Unseen| Why::NotSeen(lost.0);
         let inside = |to: Vector2<f64>| {
             at.margin(&self.cell.scene, &self.state.objects, object, to.into()).map_err(unseen)
         };
-        let ways: Vec<Vector2<f64>> = match object.shape.faces() {
-            Some(_) => (0..4)
-                .map(|quarter| pose.yaw() + f64::from(quarter) * FRAC_PI_2)
-                .map(|turn| Vector2::new(turn.cos(), turn.sin()))
-                .collect(),
-            None => (0..16)
-                .map(|part| f64::from(part) * TAU / 16.0)
-                .map(|turn| Vector2::new(turn.cos(), turn.sin()))
-                .collect(),
+        let cost = |depth: f64| {
+            (depth >= INSIDE).then(|| SHALLOW * (WELL_INSIDE - depth.min(WELL_INSIDE)))
         };
-        let mut single: Vec<(f64, f64, [f64; 2])> = Vec::new();
+        let stands = |to: Vector2<f64>| self.slides(object, pose, [to, to], on);
+        let mut roadmap = Roadmap::new(from);
+        let (straight, mut blocked) = self.straight_ends(object, pose, &inside, on)?;
+        let mut lines = [vec![], vec![]];
+        for (to, depth) in straight {
+            roadmap.add(to, cost(depth));
+        }
+        let axes = square(object, pose);
+        if !matches!(at, Region::On(_)) {
+            match self.places_in(object, at) {
+                Ok(places) => {
+                    for place in spread(&places) {
+                        roadmap.add(place, cost(inside(place)?));
+                        for (axis, lines) in axes.iter().zip(&mut lines) {
+                            lines.push((place - from).dot(axis));
+                        }
+                    }
+                }
+                Err(Why::Blocked { by, .. }) => blocked = blocked.or(Some(by)),
+                Err(other) => return Err(other),
+            }
+        }
+        if !roadmap.has_ends() {
+            let by = blocked.unwrap_or_else(|| on.to_owned());
+            return Err(Why::Blocked { tried: 0, by });
+        }
+        let is_round = object.shape.faces().is_none();
+        let apart = if is_round { POINTS } else { LINES };
+        let most = (FARTHEST / apart).floor() as i32;
+        for line in &mut lines {
+            if is_round {
+                line.clear();
+            }
+            line.extend((-most..=most).map(|k| f64::from(k) * apart));
+            line.sort_by(f64::total_cmp);
+            line.dedup();
+        }
+        for u in &lines[0] {
+            for v in &lines[1] {
+                let point = from + axes[0] * *u + axes[1] * *v;
+                let is_start = u.abs() < SQUARE && v.abs() < SQUARE;
+                if !is_start && stands(point) {
+                    roadmap.add(point, None);
+                }
+            }
+        }
+        Ok(roadmap)
+    }
+
+    /// Returns the end farthest inside along each straight push from where a thing stands, with how far inside it is, m; and
+    /// what is in the way of one of them.
+    #[expect(clippy::type_complexity, reason = "two lists of what one loop finds")]
+    fn straight_ends(
+        &self,
+        object: &scene::Object,
+        pose: &Pose<World, Object>,
+        inside: &dyn Fn(Vector2<f64>) -> Result<f64, Why>,
+        on: &str,
+    ) -> Result<(Vec<(Vector2<f64>, f64)>, Option<String>), Why> {
+        let from = pose.origin().xy();
+        let turns = if object.shape.faces().is_some() { 4 } else { ROUND };
+        let mut ends = Vec::new();
         let mut blocked = None;
-        for way in &ways {
-            let mut best: Option<(f64, f64, [f64; 2])> = None;
+        for part in 0..turns {
+            let turn = std::f64::consts::TAU * f64::from(part) / f64::from(turns);
+            let turn = nalgebra::Rotation2::new(turn);
+            let way = turn * square(object, pose)[0];
+            let mut best: Option<(Vector2<f64>, f64)> = None;
             for k in 1..=(FARTHEST / STEP) as usize {
-                let far = STEP * k as f64;
-                let to = from + way * far;
+                let to = from + way * (STEP * k as f64);
                 if let Some(by) = self.on_the_way(object, pose, to, on) {
                     blocked = blocked.or(Some(by));
                     break;
                 }
                 let depth = inside(to)?.min(WELL_INSIDE);
-                if depth >= INSIDE && best.is_none_or(|(most, ..)| depth > most + 1e-9) {
-                    best = Some((depth, far, to.into()));
+                if depth >= INSIDE && best.is_none_or(|(_, most)| depth > most + 1e-9) {
+                    best = Some((to, depth));
                 }
             }
-            single.extend(best);
+            ends.extend(best);
         }
-        single.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
-        let mut ends: Vec<Vec<[f64; 2]>> = single.into_iter().map(|(.., to)| vec![to]).collect();
-        if !matches!(at, Region::On(_)) {
-            // What is in the way of one push need not be in that of two.
-            match self.places_in(object, at) {
-                Ok(places) => {
-                    let few = self.by_two(object, pose, &places, on);
-                    let many =
-                        if few.is_empty() { self.round(object, pose, &places, on) } else { few };
-                    ends.extend(many);
-                }
-                Err(why) if ends.is_empty() => return Err(why),
-                Err(_) => {}
-            }
-        }
-        if ends.is_empty() {
-            let by = blocked.unwrap_or_else(|| on.to_owned());
-            return Err(Why::Blocked { tried: 0, by });
-        }
-        Ok(ends)
-    }
-
-    /// Returns how places are come to by two pushes square to each other, or by one where a round thing can go straight.
-    fn by_two(
-        &self,
-        object: &scene::Object,
-        pose: &Pose<World, Object>,
-        places: &[Vector3<f64>],
-        on: &str,
-    ) -> Vec<Vec<[f64; 2]>> {
-        let from = pose.origin().xy();
-        let is_round = object.shape.faces().is_none();
-        let [first, second] = square(object, pose);
-        let is_free = |from, to| self.slides_free(object, pose, [from, to], on);
-        let mut ends = Vec::new();
-        for place in places.iter().take(PLACES) {
-            let by = place.xy() - from;
-            let is_straight = is_round && by.norm() > SHORTEST;
-            if is_straight && self.on_the_way(object, pose, place.xy(), on).is_none() {
-                ends.push(vec![place.xy().into()]);
-                continue;
-            }
-            for (a, b) in [(first, second), (second, first)] {
-                let corner = from + a * by.dot(&a);
-                let turn = by.dot(&a).abs() > SHORTEST && by.dot(&b).abs() > SHORTEST;
-                if turn && is_free(from, corner) && is_free(corner, place.xy()) {
-                    ends.push(vec![corner.into(), place.xy().into()]);
-                }
-            }
-        }
-        ends
-    }
-
-    /// Returns how places are come to by three pushes or more, round what is in the way.
-    fn round(
-        &self,
-        object: &scene::Object,
-        pose: &Pose<World, Object>,
-        places: &[Vector3<f64>],
-        on: &str,
-    ) -> Vec<Vec<[f64; 2]>> {
-        let is_free = |from, to| self.slides_free(object, pose, [from, to], on);
-        let (from, axes) = (pose.origin().xy(), square(object, pose));
-        let ways = places.iter().take(ROUND_TO).filter_map(|place| {
-            let way = detour(from, place.xy(), axes, FARTHEST, &is_free)?;
-            Some(way.into_iter().map(Into::into).collect())
-        });
-        ways.collect()
+        Ok((ends, blocked))
     }
 
     /// Whether a thing, turned as it stands at `pose`, slides straight from one point to another.
-    fn slides_free(
+    fn slides(
         &self,
         object: &scene::Object,
         pose: &Pose<World, Object>,
@@ -204,4 +239,16 @@ fn square(object: &scene::Object, pose: &Pose<World, Object>) -> [Vector2<f64>; 
         return [Vector2::x(), Vector2::y()];
     }
     [0, 1].map(|side| pose.axis(side).xy().normalize())
+}
+
+/// Returns the first of places that are [`APART`] from each other, m.
+fn spread(places: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
+    let mut kept: Vec<Vector2<f64>> = Vec::new();
+    for place in places {
+        let is_apart = kept.iter().all(|other| (other - place.xy()).norm() >= APART);
+        if is_apart && kept.len() < PLACES {
+            kept.push(place.xy());
+        }
+    }
+    kept
 }

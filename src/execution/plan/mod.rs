@@ -4,7 +4,6 @@
 //! the water stays in is for the twin to say. Kinematics, collision and search are [`crate::motion`]'s.
 
 mod brim;
-mod detour;
 mod drawer;
 mod ends;
 mod grasp;
@@ -13,6 +12,7 @@ mod hollow;
 mod place;
 mod pour;
 mod push;
+mod roadmap;
 mod straight;
 mod turn;
 mod work;

@@ -2,10 +2,11 @@
 //!
 //! A push goes straight, square to a face of the thing, with the middle of the fingers on the line through its middle: then
 //! it neither turns nor slips off (Lynch and Mason, "Stable pushing", IJRR 1996: a line of contact pushes stably while the
-//! centre of friction stays before it). Where one straight push does not lead to the place, two square to each other do, or
-//! more round what is in the way ([`super::ends`]). It is pushed at its mid height or lower. How far it slides on when the hand
-//! stops is left out: 1 mm at the speed of a push.
+//! centre of friction stays before it). Where one straight push does not lead to the place, several do, round what is in the
+//! way or from where the arm reaches it ([`super::ends`], [`super::roadmap`]). It is pushed at its mid height or lower. How far it slides on when
+//! the hand stops is left out: 1 mm at the speed of a push.
 
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector3;
@@ -15,7 +16,9 @@ use crate::world::region::{Bearer, TABLE, Unseen};
 use crate::world::{self as scene, Pose, Region, Shape, support};
 
 use super::super::wording;
+use super::ends::Slides;
 use super::grasp::{distance, side_pose};
+use super::roadmap::Roadmap;
 use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, straight};
 
 /// How far behind the thing the fingers come down, m. Chosen: a thing is seen to some millimetres and a hand is off by 8 to
@@ -32,7 +35,8 @@ const BACK: f64 = 0.03;
 /// The lowest that fingertips are led over what the thing stands on, m. Chosen: a calibrated hand is off by 2 to 4 mm in
 /// height (`docs/results.md`); with half of it it scrapes, with twice as much nothing lower than 32 mm is pushed low enough.
 const LOWEST: f64 = 0.008;
-/// Where along its height a thing is pushed when there is room below, and at most, as shares of it.
+/// Where along its height a thing is pushed when there is room below, and at most, as shares of it. Above its middle it would
+/// tip; at it, a hand that points down has its palm over things twice as high as a finger is long.
 const LOW: f64 = 0.25;
 const MIDDLE: f64 = 0.5;
 /// How far a hand points down, rad, in the order tried: straight down, where the flat of the fingers pushes and every
@@ -58,6 +62,15 @@ const LEG_COST: f64 = 2.0;
 /// Corners of the fingers this much less far ahead than the foremost touch as well, m.
 const FLUSH: f64 = 1e-4;
 
+/// So many stretches are asked about of the arm, and so many ways looked at, before a push is given up. Chosen: a stretch costs
+/// some 50 ms, a look some 5 ms.
+const MOST_ASKED: usize = 40;
+const MOST_LOOKED: usize = 400;
+/// Headings nearer than this are the same for whether a hand is reached, rad: at the end of a hand it is 5 mm.
+const ALIKE: f64 = 0.02;
+
+/// Whether a hand is reached at a point of a roadmap, for each heading in units of [`ALIKE`].
+type Hands = BTreeMap<(usize, i32), bool>;
 /// Joint positions in order, rad.
 type JointPath = Vec<Vec<f64>>;
 
@@ -112,17 +125,37 @@ impl Planner {
         let pose = self.pose(o, &what)?;
         let bears = support::below(&self.cell.scene, &self.state.objects, object, &pose);
         let on = bears.name.clone().unwrap_or_else(|| TABLE.to_owned());
-        self.slides(object).map_err(no)?;
+        self.stands_pushes(object).map_err(no)?;
         self.stays_level(&on, at).map_err(no)?;
-        let ends = self.ends(object, &pose, at, &on).map_err(no)?;
+        let mut roadmap = self.roadmap(object, &pose, at, &on).map_err(no)?;
+        let mut slides = Slides::new(self, object, pose, &on);
+        let mut hands = Hands::default();
         let mut dropped = Dropped::new();
-        let mut ways = Vec::new();
-        for stops in ends {
-            if !self.goes_on(REACHING, ways.len()).map_err(no)? || ways.len() >= ENOUGH {
+        let mut ways: Vec<Push> = Vec::new();
+        let (mut asked, mut looked) = (0, 0);
+        while ways.len() < ENOUGH
+            && roadmap.has_ends()
+            && asked < MOST_ASKED
+            && looked < MOST_LOOKED
+        {
+            looked += 1;
+            if !self.goes_on(REACHING, ways.len()).map_err(no)? {
                 break;
             }
-            if let Some(way) = self.push_by(object, &pose, &stops, &mut dropped).map_err(no)? {
-                ways.push(way);
+            let found = roadmap.way(&mut |a, b| slides.is_free(&roadmap, a, b));
+            let Some(found) = found else { break };
+            let far = self.first_out_of_reach(object, &pose, &roadmap, &found, &mut hands);
+            if let Some((a, b)) = far.map_err(no)? {
+                roadmap.close(a, b);
+                continue;
+            }
+            asked += 1;
+            match self.push_by(object, &pose, &roadmap, &found, &mut dropped).map_err(no)? {
+                Ok(way) => {
+                    ways.push(way);
+                    roadmap.ends_elsewhere(*found.last().unwrap_or(&0));
+                }
+                Err((a, b)) => roadmap.close(a, b),
             }
         }
         if ways.is_empty() {
@@ -134,7 +167,7 @@ impl Planner {
 
     /// Says no to what tips over before it slides: pushed at its middle it tips when that is higher than half of its width
     /// over the friction.
-    fn slides(&self, object: &scene::Object) -> Result<(), Why> {
+    fn stands_pushes(&self, object: &scene::Object) -> Result<(), Why> {
         let friction = self.cell.pads.table_friction;
         let most = 2.0 * object.shape.inner_radius() / friction.max(1e-6);
         let height = object.shape.height();
@@ -152,27 +185,80 @@ impl Planner {
         }
     }
 
-    /// Returns the way that pushes a thing to these points, one after the other, if there is one.
+    /// Returns the way that pushes a thing over these points of a roadmap, or the stretch that does not go.
     fn push_by(
         &self,
         object: &scene::Object,
         pose: &Pose<World, Object>,
-        stops: &[[f64; 2]],
+        roadmap: &Roadmap,
+        points: &[usize],
         dropped: &mut Dropped,
-    ) -> Result<Option<Push>, Why> {
+    ) -> Result<Result<Push, (usize, usize)>, Why> {
         let mut legs: Vec<Leg> = Vec::new();
         let mut now = self.standing(object, *pose, self.q.clone());
         let mut cost = 0.0;
-        for &[x, y] in stops {
+        for pair in points.windows(2) {
+            let to = roadmap.point(pair[1]);
             let stands = legs.last().map_or(*pose, |leg| leg.ends);
-            let ends = Pose::upright(x, y, stands.origin().z, stands.yaw());
-            let Some(leg) = now.leg(object, &stands, ends, dropped)? else { return Ok(None) };
+            let ends = Pose::upright(to.x, to.y, stands.origin().z, stands.yaw());
+            let Some(leg) = now.leg(object, &stands, ends, dropped)? else {
+                return Ok(Err((pair[0], pair[1])));
+            };
             cost += LEG_COST + TRAVEL_COST * distance(&leg.before, &now.q);
             let q = leg.way_out.last().unwrap_or(&leg.before).clone();
             now = now.standing(object, ends, q);
             legs.push(leg);
         }
-        Ok(Some(Push { legs, cost }))
+        Ok(Ok(Push { legs, cost }))
+    }
+
+    /// Returns the first stretch at an end of which no hand that pushes along it is reached.
+    fn first_out_of_reach(
+        &self,
+        object: &scene::Object,
+        pose: &Pose<World, Object>,
+        roadmap: &Roadmap,
+        points: &[usize],
+        hands: &mut Hands,
+    ) -> Result<Option<(usize, usize)>, Why> {
+        for pair in points.windows(2) {
+            let by = roadmap.point(pair[1]) - roadmap.point(pair[0]);
+            let heading = by.y.atan2(by.x);
+            for k in pair {
+                // Headings that a hand does not tell apart are asked about once.
+                let key = (*k, (heading / ALIKE).round() as i32);
+                let is_reached = match hands.get(&key) {
+                    Some(is_reached) => *is_reached,
+                    None => {
+                        let at = roadmap.point(*k);
+                        let at = Pose::upright(at.x, at.y, pose.origin().z, pose.yaw());
+                        let is_reached = self.is_reached(object, &at, heading)?;
+                        hands.insert(key, is_reached);
+                        is_reached
+                    }
+                };
+                if !is_reached {
+                    return Ok(Some((pair[0], pair[1])));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether some hand could push a thing that stands so along a heading, as far as reach goes.
+    fn is_reached(
+        &self,
+        object: &scene::Object,
+        from: &Pose<World, Object>,
+        heading: f64,
+    ) -> Result<bool, Why> {
+        for start in self.hands(object, from, heading) {
+            self.goes_on(REACHING, 0)?;
+            if self.reach(&start, &self.q).is_ok() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// The same planner with a thing elsewhere, and the arm at `q`.
@@ -195,29 +281,46 @@ impl Planner {
         let by = ends.origin() - from.origin();
         let way = Vector3::new(by.x, by.y, 0.0);
         let Some(ahead) = way.try_normalize(1e-9) else { return Ok(None) };
-        let heading = ahead.y.atan2(ahead.x);
-        let half = half_along(&object.shape, from.yaw(), heading);
-        for pitch in PITCHES {
-            let is_down = pitch > FRAC_PI_2 - 1e-9;
-            let turns = if is_down { &AROUND[..] } else { &SLANTED[..] };
-            for &turn in turns {
-                let hand = self.pushing_hand(heading + turn, pitch, &ahead);
-                let aside = half_along(&object.shape, from.yaw(), heading + FRAC_PI_2);
-                let is_side = !is_down && turn.abs() > 1e-9;
-                let back = if is_side { self.drawn_back(aside, pitch) } else { Some(0.0) };
-                let Some(back) = back else { continue };
-                let points = Vector3::new((heading + turn).cos(), (heading + turn).sin(), 0.0);
-                let Some(up) = hand.height_for(object.shape.height()) else { continue };
-                let tool = from.origin() - ahead * (half + hand.reach + STANDOFF) - points * back
-                    + Vector3::z() * (up - hand.low);
-                let start = Pose::from_parts(tool, hand.turned.rotation());
-                let found = self.stretch(object, &start, &ahead, way.norm(), &ends, dropped)?;
-                if found.is_some() {
-                    return Ok(found);
-                }
+        for start in self.hands(object, from, ahead.y.atan2(ahead.x)) {
+            let found = self.stretch(object, &start, &ahead, way.norm(), &ends, dropped)?;
+            if found.is_some() {
+                return Ok(found);
             }
         }
         Ok(None)
+    }
+
+    /// Returns where the tool begins to push a thing along a heading, rad, in the order in which hands are tried.
+    fn hands(
+        &self,
+        object: &scene::Object,
+        from: &Pose<World, Object>,
+        heading: f64,
+    ) -> Vec<Pose<World, Tool>> {
+        let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
+        let half = half_along(&object.shape, from.yaw(), heading);
+        let aside = half_along(&object.shape, from.yaw(), heading + FRAC_PI_2);
+        let mut starts = Vec::new();
+        // Low first; at its middle where the palm of a hand that points down would touch the top.
+        for share in [LOW, MIDDLE] {
+            for pitch in PITCHES {
+                let is_down = pitch > FRAC_PI_2 - 1e-9;
+                let turns = if is_down { &AROUND[..] } else { &SLANTED[..] };
+                for &turn in turns {
+                    let hand = self.pushing_hand(heading + turn, pitch, &ahead);
+                    let is_side = !is_down && turn.abs() > 1e-9;
+                    let back = if is_side { self.drawn_back(aside, pitch) } else { Some(0.0) };
+                    let height = hand.height_for(object.shape.height(), share);
+                    let (Some(back), Some(up)) = (back, height) else { continue };
+                    let points = Vector3::new((heading + turn).cos(), (heading + turn).sin(), 0.0);
+                    let tool =
+                        from.origin() - ahead * (half + hand.reach + STANDOFF) - points * back
+                            + Vector3::z() * (up - hand.low);
+                    starts.push(Pose::from_parts(tool, hand.turned.rotation()));
+                }
+            }
+        }
+        starts
     }
 
     /// Returns how far a hand is drawn back that pushes with the side of a finger, so that what reaches so far aside, m, stays
@@ -330,10 +433,11 @@ impl Planner {
 }
 
 impl Hand {
-    /// Returns how high its lowest corner is led over what bears a thing so high, m; `None` when the thing is too flat.
-    fn height_for(&self, height: f64) -> Option<f64> {
+    /// Returns how high its lowest corner is led over what bears a thing so high, m, to touch it at a share of that; `None` when
+    /// the thing is too flat.
+    fn height_for(&self, height: f64, share: f64) -> Option<f64> {
         let most = MIDDLE * height - self.touches;
-        (most >= LOWEST).then(|| (LOW * height - self.touches).clamp(LOWEST, most))
+        (most >= LOWEST).then(|| (share * height - self.touches).clamp(LOWEST, most))
     }
 }
 
