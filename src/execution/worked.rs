@@ -17,7 +17,7 @@ use crate::world::{Object, Point, Pose, Shape, WorldState, frame};
 
 use super::body::Sight;
 use super::cell::Cell;
-use super::plan::{force_at, force_of, gravity_torque};
+use super::plan::{force_at, force_of, gravity_torque, lowest};
 
 /// How often it is looked at, s of arm time: at 5 cm/s a tool goes 1 mm meanwhile.
 const PERIOD: f64 = 0.02;
@@ -28,8 +28,6 @@ const DIPPED: f64 = 0.005;
 const ASIDE: f64 = 0.005;
 /// A tool is led over a top when it is at most so far from it in height, m: what a calibrated hand may be off.
 const OVER: f64 = 0.006;
-/// Corners of a tool this much higher than the lowest touch with it, m.
-const FLAT: f64 = 0.002;
 /// It touches when the joints feel so much against it, N: ten times what is left of their noise in a mean over 20 ms in the
 /// laboratory, a third of what a touch ends with.
 const TOUCHES: f64 = 1.0;
@@ -263,7 +261,7 @@ impl Working {
             least: Vector2::repeat(f64::INFINITY),
             most: Vector2::repeat(f64::NEG_INFINITY),
         };
-        for corner in corners.iter().filter(|corner| corner.z < low + FLAT) {
+        for corner in &lowest(&corners) {
             let at = Vector2::new(corner.dot(&x), corner.dot(&y));
             (foot.least, foot.most) = (foot.least.inf(&at), foot.most.sup(&at));
         }

@@ -44,6 +44,7 @@ pub use grasp::{Grasp, distance, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
 pub use push::{Leg, Push};
+pub(super) use work::lowest;
 pub use work::{Stir, Stroke, Wipe};
 
 /// How far plans keep from the ends of a joint's range, rad: a smooth curve through planned points

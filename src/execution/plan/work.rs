@@ -35,6 +35,11 @@ const BRANCHES: usize = 4;
 const STROKE_BRANCHES: usize = 12;
 /// Turns of the hand from the way of a stroke, rad: broad across it, and narrow.
 const HANDS: [f64; 4] = [0.0, PI, FRAC_PI_2, -FRAC_PI_2];
+/// How far a hand that wipes points down, rad: straight, else slanting by 15 and 30 deg, which brings the wrist nearer to the arm
+/// by 4 and 8 cm of a hand of 16 cm. Chosen: farther down the palm comes near to what is wiped.
+const PITCHES: [f64; 3] = [FRAC_PI_2, 75.0 * PI / 180.0, 60.0 * PI / 180.0];
+/// What of the fingers is this much higher than their lowest corner touches with it, m: pads give way.
+const FLAT: f64 = 0.002;
 /// So many ways are enough: a run rehearses four.
 const ENOUGH: usize = 4;
 /// Strokes lie so much nearer to each other than a tool is wide, m: its place is known to some millimetres.
@@ -201,7 +206,8 @@ impl Planner {
         Ok(found)
     }
 
-    /// Returns ways to wipe the top of a thing with closed fingers that point straight down.
+    /// Returns ways to wipe the top of a thing with closed fingers: pointing straight down, or, where the arm does not get there
+    /// so, slanting along the strokes.
     ///
     /// # Errors
     ///
@@ -214,10 +220,7 @@ impl Planner {
         // What a square inside the circle leaves over is less than a fifth on each side.
         let round = [1.8 * object.shape.rim_radius(); 2];
         let [x, y] = object.shape.faces().unwrap_or(round);
-        let corners = self.robot().finger_corners(self.state.opening);
-        let most = |along: fn(&Vector3<f64>) -> f64| corners.iter().map(along).fold(0.0, f64::max);
-        let foot = (most(|c| c.x), most(|c| c.y));
-        let top = stands.origin() + Vector3::z() * (object.shape.height() + most(|c| c.z));
+        let top = stands.origin() + Vector3::z() * object.shape.height();
         let mut world = self.obstacles(&[], self.state.opening);
         self.let_jaws_touch(&mut world, None);
         let mut dropped = Dropped::new();
@@ -228,29 +231,48 @@ impl Planner {
         } else {
             [(y, x, FRAC_PI_2), (x, y, 0.0)]
         };
-        for ((long, wide, turn), hand) in
-            sides.into_iter().flat_map(|side| HANDS.map(|hand| (side, hand)))
-        {
-            let (across, along) = if hand.cos().abs() > 0.5 { foot } else { (foot.1, foot.0) };
-            let yaw = stands.yaw() + turn;
-            let forward = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
-            let aside = Vector3::z().cross(&forward);
-            let half = (0.5 * long - along).max(0.0);
-            let strokes = rows(wide, 2.0 * across).into_iter().enumerate().map(|(k, row)| {
-                let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-                let begin = top + aside * row - forward * (half * sign);
-                let begin = side_pose(begin, yaw + hand, FRAC_PI_2);
-                self.stroke(&begin, forward * (2.0 * half * sign), &world, &mut dropped).transpose()
-            });
-            let strokes: Option<Result<Vec<Stroke>, Why>> = strokes.collect();
-            if let Some(strokes) = strokes.transpose().map_err(no)? {
-                ways.push(Wipe { strokes, hover: HOVER });
+        for pitch in PITCHES {
+            // The tips of a hand that slants touch along one line, which sweeps what it is led across.
+            let hands = if pitch < FRAC_PI_2 { &HANDS[..2] } else { &HANDS[..] };
+            for ((long, wide, turn), hand) in
+                sides.into_iter().flat_map(|side| hands.iter().map(move |hand| (side, hand)))
+            {
+                let yaw = stands.yaw() + turn;
+                let turned = side_pose(Vector3::zeros(), yaw + hand, pitch);
+                let forward = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
+                let aside = Vector3::z().cross(&forward);
+                let foot = self.foot(&turned);
+                let [near, far] = ends_along(&foot, &forward);
+                let [left, right] = ends_along(&foot, &aside);
+                let low = ends_along(&foot, &Vector3::z())[0];
+                let strokes = rows(wide, right - left).into_iter().enumerate().map(|(k, row)| {
+                    let (from, to) = (-0.5 * long - near, 0.5 * long - far);
+                    let (from, to) = if from > to { (0.0, 0.0) } else { (from, to) };
+                    let (from, to) = if k % 2 == 0 { (from, to) } else { (to, from) };
+                    let begin = top + aside * (row - 0.5 * (left + right)) + forward * from
+                        - Vector3::z() * low;
+                    let begin = Pose::from_parts(begin, turned.rotation());
+                    self.stroke(&begin, forward * (to - from), &world, &mut dropped).transpose()
+                });
+                let strokes: Option<Result<Vec<Stroke>, Why>> = strokes.collect();
+                if let Some(strokes) = strokes.transpose().map_err(no)? {
+                    ways.push(Wipe { strokes, hover: HOVER });
+                }
+                if ways.len() >= ENOUGH {
+                    return Ok(ways);
+                }
             }
-            if ways.len() >= ENOUGH {
-                break;
+            if !ways.is_empty() {
+                return Ok(ways);
             }
         }
-        if ways.is_empty() { Err(no(dropped.why())) } else { Ok(ways) }
+        Err(no(dropped.why()))
+    }
+
+    /// Returns corners of what of the fingers touches a level top, from the tool, for a hand turned so, m.
+    fn foot(&self, turned: &Pose<World, Tool>) -> Vec<Vector3<f64>> {
+        let corners = self.robot().finger_corners(self.state.opening).into_iter();
+        lowest(&corners.map(|corner| turned.rotation() * corner).collect::<Vec<_>>())
     }
 
     /// Returns one stroke from where it touches first.
@@ -291,6 +313,25 @@ impl Planner {
         }
         Ok(None)
     }
+}
+
+/// Returns what of a body with these corners touches a level plane that it stands on: of what reaches less than [`FLAT`] above its
+/// lowest point the corners, m.
+pub(in crate::execution) fn lowest(corners: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let low = corners.iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
+    let (below, above): (Vec<_>, Vec<_>) =
+        corners.iter().copied().partition(|corner| corner.z < low + FLAT);
+    let cuts = below.iter().flat_map(|a: &Vector3<f64>| {
+        above.iter().map(move |b| a + (b - a) * ((low + FLAT - a.z) / (b.z - a.z)))
+    });
+    // What stands on its foot has upright sides, which add nothing to it.
+    cuts.chain(below.iter().copied()).collect()
+}
+
+/// Returns the least and the most of points along a direction, m.
+fn ends_along(points: &[Vector3<f64>], way: &Vector3<f64>) -> [f64; 2] {
+    let along = points.iter().map(|point| point.dot(way));
+    along.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| [least.min(x), most.max(x)])
 }
 
 /// Returns the circle that a tip is led on, m, and the heights over the base of the vessel at which it may be, lowest first.
