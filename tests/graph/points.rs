@@ -144,8 +144,8 @@ fn point_06_sampling_is_seeded_and_its_frequencies_match_the_probabilities() {
             (seen[pg.branch("pick/either").unwrap()] - expected).powi(2) / expected
         })
         .sum();
-    // Two degrees of freedom: 13.8 is passed by chance once in a thousand; the seeds are fixed.
-    assert!(all.len() == 3 && chi2 < 13.8, "chi-square {chi2}");
+    // Three degrees of freedom: 16.3 is passed by chance once in a thousand; the seeds are fixed.
+    assert!(all.len() == 4 && chi2 < 16.3, "chi-square {chi2}");
 }
 
 #[test]
@@ -164,7 +164,7 @@ fn point_07_the_best_parse_is_that_of_brute_force() {
         nodes.map(cost).sum::<f64>() - pg.log_p
     };
     let all = with(&library, &nobody_knows, &|_| 0.0, |given| k_best(&graph, given, 100)).unwrap();
-    assert_eq!(all.len(), 6);
+    assert_eq!(all.len(), 8);
     let least = all.iter().map(weigh).fold(f64::INFINITY, f64::min);
     assert!((weigh(&found) - least).abs() < 1e-9, "{} is not {least}", weigh(&found));
 }

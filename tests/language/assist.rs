@@ -41,7 +41,8 @@ fn what_may_begin_ends_or_follow_is_offered() {
     assert_eq!(offers("check vis¦"), ["visible"]);
     assert!(offers("task t(o: Con¦").contains(&"Container".to_owned()));
     assert!(offers("lift(jar, by: 12 ¦").contains(&"cm".to_owned()));
-    assert_eq!(offers("pick(jar) via ¦"), ["level_side", "tilted_side", "from_above"]);
+    let ways = ["level_side", "tilted_side", "from_above", "turned_first"];
+    assert_eq!(offers("pick(jar) via ¦"), ways);
     assert_eq!(offers("task ¦"), [""; 0]);
 }
 
