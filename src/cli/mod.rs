@@ -76,12 +76,22 @@ struct Cli {
     /// Evaluate one line, such as `pour(jar, cup)`, and exit.
     #[arg(short = 'c', value_name = "LINE")]
     line: Option<String>,
-    /// Show the run of the line on a page of this machine while it goes on.
+    /// Show runs of the line, or of the prompt, on a page of this machine while they go on.
     #[cfg(feature = "page")]
-    #[arg(long, requires = "line")]
+    #[arg(long)]
     live: bool,
     #[command(subcommand)]
     command: Option<Command>,
+}
+
+impl Cli {
+    /// Whether runs are shown on a page.
+    fn is_live(&self) -> bool {
+        #[cfg(feature = "page")]
+        return self.live;
+        #[cfg(not(feature = "page"))]
+        return false;
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -224,6 +234,10 @@ fn usage(error: &clap::Error) -> Failure {
 
 fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
     let shared = &cli.shared;
+    if cli.is_live() && cli.command.is_some() {
+        return Err(Failure::input("usage", "`--live` before a command shows nothing")
+            .help("give it to the prompt, to `-c LINE`, or after `run FILE`"));
+    }
     // A robot that does not exist is wrong whether or not the command would use it.
     arm::at(&shared.cell.robot)?;
     match (&cli.command, &cli.line) {
@@ -267,12 +281,9 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
         (Some(Command::Paper(command)), _) => paper::paper(command, shared, style),
         (Some(Command::Vqa(command)), _) => vqa::vqa(command, shared, style),
         (Some(Command::Lab(command)), _) => lab::lab(command, shared, style),
-        #[cfg(feature = "page")]
-        (None, Some(line)) => run::line(line, cli.live, shared, style),
-        #[cfg(not(feature = "page"))]
-        (None, Some(line)) => run::line(line, false, shared, style),
+        (None, Some(line)) => run::line(line, cli.is_live(), shared, style),
         (None, None) if style.json => Err(Failure::input("usage", "the prompt has no JSON form")
             .help("give a command, or a line with `-c`")),
-        (None, None) => run::prompt(shared, style),
+        (None, None) => run::prompt(cli.is_live(), shared, style),
     }
 }

@@ -41,19 +41,35 @@ type Window = super::watch::Window;
 #[cfg(not(feature = "page"))]
 type Window = std::convert::Infallible;
 
+/// How long a page of runs is served.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Until {
+    /// For one run.
+    RunIsOver,
+    /// For all runs of a prompt.
+    PromptIsLeft,
+}
+
 /// Opens the page of `--live`, if it is wanted.
 #[cfg(feature = "page")]
 fn window(
     is_live: bool,
+    until: Until,
     cell: &mut WorkCell,
     cli: &Shared,
     style: Style,
 ) -> Result<Option<Window>, Failure> {
-    is_live.then(|| Window::open(cell, cli, style)).transpose()
+    is_live.then(|| Window::open(cell, cli, until, style)).transpose()
 }
 
 #[cfg(not(feature = "page"))]
-fn window(_: bool, _: &mut WorkCell, _: &Shared, _: Style) -> Result<Option<Window>, Failure> {
+fn window(
+    _: bool,
+    _: Until,
+    _: &mut WorkCell,
+    _: &Shared,
+    _: Style,
+) -> Result<Option<Window>, Failure> {
     Ok(None)
 }
 
@@ -95,7 +111,7 @@ pub(super) fn script_led(
     }
     let mut cell = open(cli, Some(source.clone()), style)?;
     stop_on_interrupt(&cell)?;
-    let window = window(is_live, &mut cell, cli, style)?;
+    let window = window(is_live, Until::RunIsOver, &mut cell, cli, style)?;
     let mut exit = Exit::Yes;
     let mut runs = Vec::new();
     // Calls are a run each; steps that share names or conditions are one.
@@ -179,7 +195,7 @@ pub(super) fn line_led(
     if let Some(lead) = lead {
         lead.take(&mut cell);
     }
-    let window = window(is_live, &mut cell, cli, style)?;
+    let window = window(is_live, Until::RunIsOver, &mut cell, cli, style)?;
     let run = one(&mut cell, &[step], &source, (&cli.cell.record, window.as_ref()), style)?;
     match lead {
         Some(_) if style.json => report::teach::ended(&run, style),
@@ -190,13 +206,16 @@ pub(super) fn line_led(
 }
 
 /// `trueup`: the prompt.
-pub(super) fn prompt(cli: &Shared, style: Style) -> Result<Exit, Failure> {
-    let cell = open(cli, None, style)?;
+pub(super) fn prompt(is_live: bool, cli: &Shared, style: Style) -> Result<Exit, Failure> {
+    let mut cell = open(cli, None, style)?;
     stop_on_interrupt(&cell)?;
     signals::at_prompt();
+    let window = window(is_live, Until::PromptIsLeft, &mut cell, cli, style)?;
     // At an open prompt `--yes` starts a real arm; before each call it is asked for all the same.
     let is_sure = cli.cell.yes && matches!(cell.robot_name(), "lab" | "twin");
-    let exit = with_hands(cli, is_sure, None, style, |hands| crate::repl::run(cell, style, hands))?;
+    let exit = with_hands(cli, is_sure, window.as_ref(), style, |hands| {
+        crate::repl::run(cell, style, hands)
+    })?;
     Ok(if signals::LEAVE.is_asked() { Exit::Stopped } else { Exit::of(exit) })
 }
 
@@ -208,7 +227,7 @@ fn at_prompt(
     cli: &Shared,
     style: Style,
 ) -> Result<Exit, Failure> {
-    let window = window(is_live, &mut cell, cli, style)?;
+    let window = window(is_live, Until::RunIsOver, &mut cell, cli, style)?;
     let exit = with_hands(cli, cli.cell.yes, window.as_ref(), style, |hands| {
         crate::repl::run_on(cell, style, hands, &mut format!("{line}\n").as_bytes())
     })?;
@@ -241,7 +260,12 @@ fn with_hands(
         open: &|robot, seed| {
             let cell = CellArgs { robot: robot.to_owned(), ..cli.cell.clone() };
             let other = Shared { common: Common { seed, ..cli.common.clone() }, cell };
-            let cell = open(&other, None, style)?;
+            #[cfg_attr(not(feature = "page"), expect(unused_mut, reason = "only a page looks on"))]
+            let mut cell = open(&other, None, style)?;
+            #[cfg(feature = "page")]
+            if window.is_some() {
+                cell.show_rehearsals();
+            }
             signals::obey(cell.cancel());
             Ok(cell)
         },

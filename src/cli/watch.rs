@@ -11,6 +11,7 @@ use crate::trace::Observer;
 use crate::workcell::{Run, WorkCell};
 
 use super::report::whole;
+use super::run::Until;
 use super::shared::Shared;
 
 /// The file of the report in a run folder.
@@ -25,8 +26,16 @@ pub(super) struct Window {
 
 impl Window {
     /// Opens a page for the runs of a cell and says where it is.
-    pub(super) fn open(cell: &mut WorkCell, cli: &Shared, style: Style) -> Result<Self, Failure> {
-        let screen = Arc::new(Screen::default());
+    pub(super) fn open(
+        cell: &mut WorkCell,
+        cli: &Shared,
+        until: Until,
+        style: Style,
+    ) -> Result<Self, Failure> {
+        let screen = Arc::new(match until {
+            Until::RunIsOver => Screen::default(),
+            Until::PromptIsLeft => Screen::of_prompt(),
+        });
         let library = cell.library().clone();
         let options = Options {
             root: cli.cell.record.clone(),
@@ -43,10 +52,11 @@ impl Window {
                 .help("run without `--live`; `trueup report RUN` shows the run afterwards")
         })?;
         cell.show_rehearsals();
-        style.note(&format!(
-            "live: {}watch on this machine only, until the run is over",
-            page.address()
-        ));
+        let until = match until {
+            Until::RunIsOver => "until the run is over",
+            Until::PromptIsLeft => "while the prompt is open",
+        };
+        style.note(&format!("live: {}watch on this machine only, {until}", page.address()));
         Ok(Self { screen, _page: page })
     }
 

@@ -224,6 +224,11 @@ impl Belief {
         }
     }
 
+    /// Returns what is known of each thing, what is in the hand as it was before.
+    pub fn objects(&self) -> &[ObjectState] {
+        &self.objects
+    }
+
     /// Returns what else was seen on the table.
     pub fn unknown(&self) -> &[Unknown] {
         &self.unknown

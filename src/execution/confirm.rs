@@ -46,12 +46,18 @@ impl Confirmation<'_> {
         names: &[String],
         state: &WorldState,
     ) -> Result<(Vec<String>, Vec<Sighting>), Error> {
-        let options = Options {
+        let mut options = Options {
             ignore: Some(self.mask.clone()),
             raised: self.raised.clone(),
             ..Options::default()
         };
-        let seen = vision::see(self.photo, self.camera, self.scene, &options)?;
+        let seen = vision::see_standing(
+            self.photo,
+            self.camera,
+            self.scene,
+            &mut options,
+            &state.objects,
+        )?;
         let mut gone = Vec::new();
         for name in names {
             let Some(object) = self.scene.object(name) else { continue };

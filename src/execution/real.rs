@@ -158,16 +158,17 @@ impl Body for RealBody {
         let scene = self.cell.scene.clone();
         let camera = self.calibration.camera;
         let q = self.arm.feedback()?.q;
-        let options = vision::Options {
+        let mut options = vision::Options {
             ignore: Some(self.arm_in_picture(&camera, &q)),
             raised: self.belief.raised(),
             ..vision::Options::default()
         };
         let name = self.next_look();
+        let known = self.belief.objects().to_vec();
         let before = self.belief.unknown().to_vec();
         self.looking = Some(std::thread::spawn(move || {
             let photo = shot();
-            let seen = vision::see(&photo, &camera, &scene, &options)?;
+            let seen = vision::see_standing(&photo, &camera, &scene, &mut options, &known)?;
             let others = vision::unexplained(&photo, &camera, &scene, &seen, &options, &before)?;
             let mut image = annotate(&photo, &seen);
             outline_unknown(&mut image, &camera, &others);

@@ -153,11 +153,10 @@ async function look() {
       pictures.push(picture);
     }
     await Promise.all(pictures.map((picture) => picture.decode().catch(() => {})));
+    document.getElementById("task").textContent = next.dataset.task;
     for (const picture of pictures.filter((picture) => picture.id)) document.getElementById(picture.id).replaceWith(picture);
-    if (next.dataset.over) {
-      await keepReport(next);
-      say("the run is over");
-    }
+    if (next.dataset.ended) await keepReport(next);
+    if (next.dataset.ended && !state.dataset.ended) say("the run is over");
     state.replaceWith(next);
     // The program may end once it has heard that the end is here.
     if (next.dataset.over) await fetch(`/watch/state?after=${next.dataset.version}`);

@@ -36,6 +36,17 @@ pub(super) struct Seen {
     pub(super) ended: Option<String>,
     /// The report on it, once it is written.
     pub(super) report: Option<PathBuf>,
+    /// Which run it is, so that pictures of two have different addresses.
+    pub(super) run: usize,
+    /// Whether more runs may come, as at a prompt.
+    pub(super) goes_on: bool,
+}
+
+impl Seen {
+    /// Whether nothing more comes.
+    pub(super) fn is_over(&self) -> bool {
+        self.ended.is_some() && !self.goes_on
+    }
 }
 
 /// What a run that goes on and the page share.
@@ -48,10 +59,23 @@ pub struct Screen {
 }
 
 impl Screen {
+    /// Makes a screen on which one run after the other is shown, as at a prompt.
+    pub fn of_prompt() -> Self {
+        let screen = Self::default();
+        screen.lock().goes_on = true;
+        screen
+    }
+
     /// Begins a run of a task; what was shown before is gone.
     pub fn begin(&self, task: &str) {
         self.change(|seen| {
-            *seen = Seen { version: seen.version, task: task.to_owned(), ..Seen::default() };
+            *seen = Seen {
+                version: seen.version,
+                task: task.to_owned(),
+                run: seen.run + 1,
+                goes_on: seen.goes_on,
+                ..Seen::default()
+            };
         });
     }
 
@@ -62,6 +86,7 @@ impl Screen {
 
     /// Waits until a browser that looks has taken what is shown now, but not for long; without one not at all.
     pub fn part(&self) {
+        self.change(|seen| seen.goes_on = false);
         let now = self.now().version;
         let taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
         let is_behind = |taken: &mut Option<u64>| taken.is_some_and(|taken| taken < now);

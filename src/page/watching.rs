@@ -57,8 +57,10 @@ pub(super) fn answer(screen: &Screen, request: &Request, path: &[&str]) -> Optio
 /// The page.
 pub(super) fn view(screen: &Screen) -> View {
     let seen = screen.now();
-    let mut main =
-        format!("<h1 class=\"call\">{}</h1>\n<div class=\"pair\">\n", escaped(&seen.task));
+    let mut main = format!(
+        "<h1 class=\"call\" id=\"task\">{}</h1>\n<div class=\"pair\">\n",
+        escaped(&seen.task)
+    );
     let number = seen.still.as_ref().map(|still| still.number);
     for (whose, words) in [("real", "camera"), ("twin", "twin, as rehearsed for this moment")] {
         let has = seen.still.as_ref().is_some_and(|still| match whose {
@@ -67,7 +69,7 @@ pub(super) fn view(screen: &Screen) -> View {
         });
         let source = number
             .filter(|_| has)
-            .map_or(String::new(), |number| format!(" src=\"/watch/{whose}.jpg?n={number}\""));
+            .map_or(String::new(), |number| format!(" src=\"{}\"", address(&seen, whose, number)));
         let _ = writeln!(
             main,
             "<figure><img id=\"watch-{whose}\"{source} width=\"480\" height=\"270\" alt=\"\">\
@@ -77,7 +79,7 @@ pub(super) fn view(screen: &Screen) -> View {
     let _ = write!(main, "</div>\n{}", state(&seen));
     let mut view = View::new(format!("live: {}", seen.task), "/watch", main);
     view.says.clone_from(&seen.doing);
-    view.reads_again = seen.ended.is_none();
+    view.reads_again = !seen.is_over();
     view
 }
 
@@ -85,18 +87,23 @@ pub(super) fn view(screen: &Screen) -> View {
 fn state(seen: &Seen) -> String {
     let still = seen.still.as_deref();
     let named = |whose: &str, has: bool| match still {
-        Some(still) if has => format!(" data-{whose}=\"/watch/{whose}.jpg?n={}\"", still.number),
+        Some(still) if has => format!(" data-{whose}=\"{}\"", address(seen, whose, still.number)),
         _ => String::new(),
     };
-    let over = if seen.ended.is_some() { " data-over=\"yes\"" } else { "" };
+    let over = if seen.is_over() { " data-over=\"yes\"" } else { "" };
+    let ended = if seen.ended.is_some() { " data-ended=\"yes\"" } else { "" };
     let mut text = format!(
-        "<div id=\"watched\" data-version=\"{}\"{}{}{over}>\n",
+        "<div id=\"watched\" data-version=\"{}\" data-task=\"{}\"{}{}{ended}{over}>\n",
         seen.version,
+        escaped(&seen.task),
         named("real", still.is_some_and(|still| still.real.is_some())),
         named("twin", still.is_some_and(|still| still.twin.is_some())),
     );
     if let Some(ended) = &seen.ended {
         text += &end(seen, ended);
+    } else if seen.run == 0 && seen.goes_on {
+        text += "<p class=\"doing\"><b>Nothing runs yet.</b> Type a task at the prompt, such as \
+                 <span class=\"call\">pour(jar, cup)</span>.</p>\n";
     } else {
         let _ = writeln!(text, "<p class=\"doing\"><b>{}</b></p>", escaped(&seen.doing));
         let (number, of) = seen.step;
@@ -113,6 +120,11 @@ fn state(seen: &Seen) -> String {
     text += "</div>\n";
     text += &fluents(seen);
     text + "</div>\n</div>\n"
+}
+
+/// Where the picture of a moment of a run is.
+fn address(seen: &Seen, whose: &str, number: usize) -> String {
+    format!("/watch/{whose}.jpg?run={}&amp;n={number}", seen.run)
 }
 
 fn end(seen: &Seen, ended: &str) -> String {

@@ -32,7 +32,7 @@ fn a_run_that_is_looked_at_has_the_same_numbers() {
 }
 
 #[test]
-fn a_page_needs_a_run_to_show() {
-    let said = Scratch::new("live-usage").trueup(&["--live"]);
+fn a_page_needs_runs_to_show() {
+    let said = Scratch::new("live-usage").trueup(&["--live", "doc", "pour"]);
     assert_eq!(said.code, 2, "{said:?}");
 }

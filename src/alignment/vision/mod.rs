@@ -12,6 +12,7 @@
 use std::collections::BTreeMap;
 
 mod drawer;
+mod floors;
 mod identity;
 mod judge;
 mod own_cut;
@@ -36,6 +37,7 @@ use crate::world::{Camera, Scene};
 use together::Sought;
 
 pub use super::overlay::annotate;
+pub use floors::see_standing;
 pub use unexplained::{Unexplained, unexplained, unexplained_regions};
 pub use verify::verify;
 

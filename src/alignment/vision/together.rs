@@ -33,7 +33,7 @@ const LARGER: f64 = 1.25;
 const AS_GOOD: f64 = 0.95;
 
 /// Bases that differ by less than this, m, are on one floor: as far as what they stand on may be off.
-const SAME_FLOOR: f64 = 0.01;
+pub(super) const SAME_FLOOR: f64 = 0.01;
 
 /// One thing that is looked for.
 pub(super) struct Sought<'a> {

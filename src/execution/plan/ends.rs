@@ -105,7 +105,7 @@ impl Planner {
         }
         let axes = square(object, pose);
         if !matches!(at, Region::On(_)) {
-            match self.places_in(object, at) {
+            match self.places_in(object, at, BESIDE) {
                 Ok(places) => {
                     for place in spread(&places) {
                         roadmap.add(place, cost(inside(place)?));

@@ -157,7 +157,7 @@ impl Planner {
                 free.into_iter().map(|(x, y)| Vector3::new(x, y, 0.0)).collect()
             }
             Region::On(name) => self.places_on(object, name).map_err(no)?,
-            region => self.places_in(object, region).map_err(no)?,
+            region => self.places_in(object, region, CLOSE).map_err(no)?,
         };
         // What goes into a vessel comes straight down from above its rim.
         let at = match at {
@@ -310,12 +310,13 @@ impl Planner {
         Ok(ranked.into_iter().map(|(.., place)| place).collect())
     }
 
-    /// Returns free places in a region that relations bound: those that are well inside first, and of these the ones
-    /// nearest to the hand, m.
+    /// Returns free places in a region that relations bound, with so much room `beside` the thing, m: those that are well inside
+    /// first, and of these the ones nearest to the hand, m.
     pub(super) fn places_in(
         &self,
         o: &scene::Object,
         region: &Region,
+        beside: f64,
     ) -> Result<Vec<Vector3<f64>>, Why> {
         let (scene, objects) = (&self.cell.scene, &self.state.objects);
         let unseen = |lost: region::Unseen| Why::NotSeen(lost.0);
@@ -323,20 +324,21 @@ impl Planner {
         let bearer = region.bearer(scene, objects).map_err(unseen)?;
         let extent = extent.unwrap_or((scene.table.centre, scene.table.size.max()));
         // Between a thing and the edge of the table there may be room for the finer of two grids only.
-        match self.places_apart(o, region, &bearer, extent, GRID) {
-            Err(Why::Blocked { .. }) => self.places_apart(o, region, &bearer, extent, 0.5 * GRID),
+        let apart = |grid| self.places_apart(o, region, &bearer, extent, (grid, beside));
+        match apart(GRID) {
+            Err(Why::Blocked { .. }) => apart(0.5 * GRID),
             found => found,
         }
     }
 
-    /// As [`Self::places_in`], so far apart, m.
+    /// As [`Self::places_in`], so far apart and with so much room, m.
     fn places_apart(
         &self,
         o: &scene::Object,
         region: &Region,
         bearer: &Bearer,
         (middle, reach): ([f64; 2], f64),
-        grid: f64,
+        (grid, beside): (f64, f64),
     ) -> Result<Vec<Vector3<f64>>, Why> {
         let (scene, objects) = (&self.cell.scene, &self.state.objects);
         let unseen = |lost: region::Unseen| Why::NotSeen(lost.0);
@@ -344,7 +346,7 @@ impl Planner {
         // At a point that somebody named, whether it goes there is for the ways to say.
         let room = match region {
             Region::Point(_) | Region::Spot { .. } => o.shape.inner_radius(),
-            _ => o.shape.outer_radius() + CLOSE,
+            _ => o.shape.outer_radius() + beside,
         };
         let most = (reach / grid).ceil() as i32;
         let mut places = Vec::new();

@@ -7,6 +7,7 @@ mod call;
 mod choice;
 mod expression;
 mod model;
+mod settled;
 mod steps;
 
 use std::collections::BTreeMap;
@@ -290,6 +291,7 @@ impl<'a> Checker<'a> {
             }
         }
         self.conditions(&item.conditions, &names);
+        self.settled(&item.conditions.gives);
         if let Some(limit) = item.limit {
             self.time("limit", limit.quantity, limit.span);
         }

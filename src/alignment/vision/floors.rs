@@ -1,0 +1,67 @@
+//! What is seen where it cannot stand, low inside of a tray or high beside it, is looked for again as high as what is below it.
+//!
+//! A small thing looks alike on a tray and on the table behind it. Which it is follows from where that would be: in the
+//! middle of the tray nothing stands on the table.
+
+use image::RgbImage;
+
+use super::together::SAME_FLOOR;
+use super::{Error, Options, Sighting, see};
+use crate::world::{Camera, Object, ObjectState, Pose, Scene, support};
+
+/// Higher than anything that stands on a table, m: what is below is looked for from there.
+const FAR_ABOVE: f64 = 3.0;
+
+/// Finds the scene's objects as [`see`] does, each as high as what is below it where it is seen; `options` then says how high.
+/// `known` is where things were believed to be before, for those that this picture does not show.
+///
+/// Another look is taken where something is seen at a height at which it cannot stand there; none otherwise.
+///
+/// # Errors
+///
+/// As [`see`].
+pub fn see_standing(
+    image: &RgbImage,
+    camera: &Camera,
+    scene: &Scene,
+    options: &mut Options,
+    known: &[ObjectState],
+) -> Result<Vec<Sighting>, Error> {
+    let seen = see(image, camera, scene, options)?;
+    let states: Vec<ObjectState> = seen.iter().map(|sighting| state(sighting, known)).collect();
+    let mut is_changed = false;
+    for sighting in seen.iter().filter(|sighting| sighting.found) {
+        let Some(object) = scene.object(&sighting.name) else { continue };
+        let Some(height) = floor(scene, &states, object, sighting) else { continue };
+        let taken = options.raised.get(&sighting.name).copied().unwrap_or(0.0);
+        if (height - taken).abs() > SAME_FLOOR {
+            options.raised.insert(sighting.name.clone(), height);
+            is_changed = true;
+        }
+    }
+    if is_changed { see(image, camera, scene, options) } else { Ok(seen) }
+}
+
+/// Returns how high what is below the place of a sighting bears a thing, m.
+fn floor(
+    scene: &Scene,
+    states: &[ObjectState],
+    object: &Object,
+    sighting: &Sighting,
+) -> Option<f64> {
+    let at = sighting.world_from_object?.origin();
+    let above = Pose::upright(at.x, at.y, FAR_ABOVE, 0.0);
+    Some(support::below(scene, states, object, &above).height)
+}
+
+/// What is known of a thing: by the sighting if it was found, else as before.
+fn state(sighting: &Sighting, known: &[ObjectState]) -> ObjectState {
+    let before = || known.iter().find(|o| o.name == sighting.name)?.world_from_object;
+    let seen = sighting.world_from_object.filter(|_| sighting.found);
+    ObjectState {
+        name: sighting.name.clone(),
+        world_from_object: seen.or_else(before),
+        std: sighting.std,
+        water: None,
+    }
+}
