@@ -44,7 +44,8 @@ impl Medium {
             Self::Water => TINT_WATER,
         };
         // Single precision is quick, and far finer than the tint is known.
-        Vector3::from(tint.map(|a| f64::from(((-a * length) as f32).exp())))
+        let part = |a: f64| f64::from(((-a * length) as f32).exp());
+        Vector3::new(part(tint[0]), part(tint[1]), part(tint[2]))
     }
 }
 

@@ -6,6 +6,7 @@
 //! its pixels are searched one by one.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
+use wide::f32x4;
 
 use crate::world::frame::times;
 use crate::world::{Camera, Intrinsics};
@@ -22,6 +23,8 @@ pub(super) struct Lens {
     /// Undistortion factor over the squared distorted radius, and what one step of it is worth.
     factors: Vec<f64>,
     steps_per_unit: f64,
+    /// The same in single precision: the factor at each step, and how much more it is at the next.
+    single: Vec<[f32; 2]>,
 }
 
 impl Lens {
@@ -38,19 +41,52 @@ impl Lens {
             .into_iter()
             .fold(0.0, f64::max);
         let steps_per_unit = STEPS as f64 / reach;
-        let factors = (0..=STEPS + 1)
+        let factors: Vec<f64> = (0..=STEPS + 1)
             .map(|k| {
                 let r = (k as f64 / steps_per_unit).sqrt().max(1e-6);
                 i.undistort(Vector2::new(r, 0.0)).x / r
             })
             .collect();
+        let single = factors.windows(2).map(|f| [f[0] as f32, (f[1] - f[0]) as f32]).collect();
         Self {
             intrinsics: i,
             world_from_camera: *camera.world_from_camera.rotation().to_rotation_matrix().matrix(),
             centre: camera.world_from_camera.origin(),
             factors,
             steps_per_unit,
+            single,
         }
+    }
+
+    /// Returns how the camera is turned in the world.
+    pub(super) fn world_from_camera(&self) -> &Matrix3<f64> {
+        &self.world_from_camera
+    }
+
+    /// Returns whether the lens is the same all round, so that [`Self::four`] can be asked.
+    pub(super) fn is_radial(&self) -> bool {
+        self.intrinsics.is_radial()
+    }
+
+    /// Returns `x/z` and `y/z` in camera coordinates of the rays through the four pixels from `(u, v)` to the right; of a lens
+    /// that is the same all round.
+    #[inline]
+    pub(super) fn four(&self, u: usize, v: usize) -> [f32x4; 2] {
+        let i = &self.intrinsics;
+        let y = (v as f64 - i.cy) / i.fy;
+        let from = (u as f64 - i.cx - i.skew * y) / i.fx;
+        let step = (1.0 / i.fx) as f32;
+        let x = f32x4::splat(from as f32) + f32x4::from([0.0, step, 2.0 * step, 3.0 * step]);
+        let y = y as f32;
+        let at = (x * x + f32x4::splat(y * y)) * f32x4::splat(self.steps_per_unit as f32);
+        let mut factor = at.to_array();
+        for at in &mut factor {
+            let cell = (*at as usize).min(STEPS);
+            let [start, more] = self.single[cell];
+            *at = start + more * (*at - cell as f32);
+        }
+        let factor = f32x4::from(factor);
+        [x * factor, f32x4::splat(y) * factor]
     }
 
     /// Returns the direction through `(u, v)` px, world, scaled so that camera z grows by 1.
@@ -91,6 +127,15 @@ mod tests {
                 let slow = camera.ray(Pixel::new(u, v)).direction;
                 let quick = lens.direction(u, v).normalize();
                 assert!((slow - quick).norm() < 2e-8, "{u} {v}: {}", (slow - quick).norm());
+            }
+            if lens.is_radial() {
+                let [x, y] = lens.four(1276, 3).map(|four| four.to_array());
+                for k in 0..4 {
+                    let slow = camera.ray(Pixel::new(1276.0 + k as f64, 3.0)).direction;
+                    let ray = Vector3::new(f64::from(x[k]), f64::from(y[k]), 1.0);
+                    let quick = lens.world_from_camera * ray.normalize();
+                    assert!((slow - quick).norm() < 3e-7, "{k}: {}", (slow - quick).norm());
+                }
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Light: the room, the lamp, the shadows on the table, the grain of its wood.
+//! Light: the room, the lamp, the grain of the table's wood. Shadows on the table are [`super::shade`]'s.
 //!
 //! All in linear light, where 1 is white paper in a good exposure. Nothing here is random: the grain
 //! comes from a hash of the place.
@@ -7,10 +7,12 @@ use std::sync::LazyLock;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use wide::f32x4;
 
 use super::options::Options;
 use super::scene::{Thing, linear};
-use super::view::{Light, TABLE, View, WATER};
+use super::shade::{Shade, disc};
+use super::view::{View, WATER};
 
 /// A colour as linear light: red, green, blue.
 pub(super) type Rgb = Vector3<f64>;
@@ -24,24 +26,29 @@ pub(super) struct Lighting {
     lamp: Rgb,
     ambient: f64,
     spread: f64,
+    /// Sine of `spread`.
+    sine: f64,
     table: Rgb,
-    on_table: OnTable,
+    pub(super) on_table: OnTable,
     /// Cosine of the angle from the lamp at which its softened image ends.
     sheen_from: f64,
-    shade: Shade,
+    pub(super) shade: Shade,
     samples: Vec<Vector3<f64>>,
 }
 
 /// What shading the table needs, in single precision: half of a picture is table.
-struct OnTable {
+pub(super) struct OnTable {
     /// What the whole lamp adds to a white table.
-    lamp: Vector3<f32>,
-    ambient: f32,
+    pub(super) lamp: Vector3<f32>,
+    pub(super) ambient: f32,
     /// What the lamp's mirror image adds, per part mirrored.
-    gloss: Vector3<f32>,
-    colour: Vector3<f32>,
+    pub(super) gloss: Vector3<f32>,
+    pub(super) colour: Vector3<f32>,
     wood: &'static [f32],
 }
+
+/// How shiny the table's top is.
+pub(super) const TABLE_GLOSS: f32 = 0.10;
 
 /// Width of the softened edge of the lamp's mirror image, rad.
 const SHEEN_EDGE: f64 = 0.06;
@@ -57,6 +64,7 @@ impl Lighting {
             lamp,
             ambient: light.ambient,
             spread: light.spread,
+            sine: light.spread.sin(),
             table: linear(view.table.colour),
             on_table: OnTable {
                 lamp: (lamp * towards.z.max(0.0)).cast(),
@@ -106,6 +114,12 @@ impl Lighting {
         self.towards
     }
 
+    /// Returns the sine of half the angle that the lamp covers.
+    #[inline]
+    pub(super) fn sine(&self) -> f64 {
+        self.sine
+    }
+
     /// Returns the light a surface sends towards the eye. `lit` (0 to 1) is the part of the lamp it sees,
     /// `open` (0 to 1) the part of the room.
     #[inline]
@@ -136,7 +150,7 @@ impl Lighting {
     /// Returns what the table top looks like at `(x, y)`: its light, without marks.
     #[inline]
     pub(super) fn table_top(&self, x: f64, y: f64) -> Vector3<f32> {
-        self.flat(self.on_table.colour * grain(self.on_table.wood, x, y), 0.10, x, y)
+        self.flat(self.on_table.colour * grain(self.on_table.wood, x, y), TABLE_GLOSS, x, y)
     }
 
     /// Returns the ink of a printed mark at `(x, y)`.
@@ -206,201 +220,32 @@ impl Lighting {
     }
 }
 
-/// How much of the lamp and of the room each place of the table sees.
-struct Shade {
-    low: [f64; 2],
-    /// Edge of a cell, m.
-    cell: f64,
-    columns: usize,
-    rows: usize,
-    /// The parts of the lamp and of the room, and how much of the lamp a polished table would mirror to
-    /// the eye; row by row.
-    cells: Vec<[f32; 4]>,
-}
-
-impl Shade {
-    fn new(
-        view: &View,
-        things: &[Thing],
-        light: &Light,
-        towards: Vector3<f64>,
-        options: Options,
-        eye: Vector3<f64>,
-    ) -> Self {
-        let cell = f64::from(options.shadow_cell_mm.max(1)) / 1000.0;
-        let [x, y] = view.table.centre;
-        let (hx, hy) = (view.table.size.x / 2.0, view.table.size.y / 2.0);
-        let columns = (2.0 * hx / cell).ceil() as usize + 2;
-        let rows = (2.0 * hy / cell).ceil() as usize + 2;
-        let low = [x - hx, y - hy];
-        let mut cells = vec![[1.0_f32, 1.0, 0.0, 0.0]; columns * rows];
-        if options.shadows && towards.z > 0.1 {
-            let casters: Vec<&Thing> =
-                things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER).collect();
-            let lamp = disc(towards, light.spread, 24);
-            let dome: Vec<Vector3<f64>> = [(0.35, 5, 0.0), (0.8, 7, 0.3)]
-                .into_iter()
-                .flat_map(|(off, n, phase)| ring(Vector3::z(), off, n, phase))
-                .collect();
-            cells.par_chunks_mut(columns).enumerate().for_each(|(row, cells)| {
-                let y = low[1] + (row as f64 - 0.5) * cell;
-                for (directions, is_lamp) in [(&lamp, true), (&dome, false)] {
-                    let part = 1.0 / directions.len() as f32;
-                    for &d in directions {
-                        let mut seen = vec![1.0_f32; cells.len()];
-                        for thing in &casters {
-                            darken(thing, d, y, (low[0], cell), &mut seen);
-                        }
-                        for (cell, seen) in cells.iter_mut().zip(seen) {
-                            let loss = part * (1.0 - seen);
-                            if is_lamp { cell[0] -= loss } else { cell[1] -= 0.85 * loss }
-                        }
-                    }
-                }
-            });
-        }
-        let mut shade = Self { low, cell, columns, rows, cells };
-        shade.uncover(things);
-        shade.soften();
-        for k in 0..shade.cells.len() {
-            let at = shade.centre(k % columns, k / columns);
-            let halfway = (towards + (eye - at).normalize()).normalize();
-            shade.cells[k][2] = 0.9 * (halfway.z.max(0.0) as f32).powi(12);
-        }
-        shade
-    }
-
-    /// Gives cells under standing things the light of their neighbours, so that the dark below a thing does
-    /// not creep out from under its outline.
-    fn uncover(&mut self, things: &[Thing]) {
-        let mut covered: Vec<usize> = Vec::new();
-        for thing in things.iter().filter(|thing| thing.id != TABLE && thing.id != WATER) {
-            let row_of = |y: f64| {
-                ((y - self.low[1]) / self.cell + 0.5).clamp(0.0, self.rows as f64) as usize
-            };
-            let column_of = |x: f64| {
-                ((x - self.low[0]) / self.cell + 0.5).clamp(0.0, self.columns as f64) as usize
-            };
-            if thing.centre.z > thing.radius + 0.002 {
-                continue;
-            }
-            let (c, r) = (thing.centre, thing.radius);
-            for row in row_of(c.y - r)..row_of(c.y + r) {
-                for column in column_of(c.x - r)..column_of(c.x + r) {
-                    let at = self.centre(column, row);
-                    if thing.holds(at) {
-                        covered.push(row * self.columns + column);
-                    }
-                }
-            }
-        }
-        let mut known = vec![true; self.cells.len()];
-        for &k in &covered {
-            known[k] = false;
-        }
-        // Two rings are as far as interpolation and softening reach.
-        for _ in 0..2 {
-            let before = (self.cells.clone(), known.clone());
-            for &k in &covered {
-                if before.1[k] {
-                    continue;
-                }
-                let (row, column) = (k / self.columns, k % self.columns);
-                let (mut sum, mut n) = ([0.0; 2], 0.0);
-                for j in row.saturating_sub(1)..(row + 2).min(self.rows) {
-                    for i in column.saturating_sub(1)..(column + 2).min(self.columns) {
-                        let near = j * self.columns + i;
-                        if before.1[near] {
-                            sum = [sum[0] + before.0[near][0], sum[1] + before.0[near][1]];
-                            n += 1.0;
-                        }
-                    }
-                }
-                if n > 0.0 {
-                    self.cells[k] = [sum[0] / n, sum[1] / n, 0.0, 0.0];
-                    known[k] = true;
-                }
-            }
-        }
-    }
-
-    /// Takes the mean over each cell and its neighbours: it hides that the lamp is a few points.
-    fn soften(&mut self) {
-        let before = self.cells.clone();
-        for row in 1..self.rows - 1 {
-            for column in 1..self.columns - 1 {
-                let mut sum = [0.0; 2];
-                for j in row - 1..=row + 1 {
-                    for cell in &before[j * self.columns + column - 1..][..3] {
-                        sum = [sum[0] + cell[0], sum[1] + cell[1]];
-                    }
-                }
-                self.cells[row * self.columns + column] = [sum[0] / 9.0, sum[1] / 9.0, 0.0, 0.0];
-            }
-        }
-    }
-
-    fn centre(&self, column: usize, row: usize) -> Vector3<f64> {
-        let place = |k: usize, low: f64| low + (k as f64 - 0.5) * self.cell;
-        Vector3::new(place(column, self.low[0]), place(row, self.low[1]), 1e-5)
-    }
-
-    /// Returns a cell's values at a place, between the centres of four cells.
+impl OnTable {
+    /// Returns the wood's brightness at four places, about 1; as [`grain`].
     #[inline]
-    fn at(&self, x: f64, y: f64) -> [f32; 4] {
-        let u = ((x - self.low[0]) / self.cell + 0.5).clamp(0.0, self.columns as f64 - 1.001);
-        let v = ((y - self.low[1]) / self.cell + 0.5).clamp(0.0, self.rows as f64 - 1.001);
-        let (i, j) = (u as usize, v as usize);
-        let (fu, fv) = ((u - i as f64) as f32, (v - j as f64) as f32);
-        let at = j * self.columns + i;
-        let [near, far] = [at, at + self.columns].map(|at| {
-            let (a, b) = (&self.cells[at], &self.cells[at + 1]);
-            std::array::from_fn::<f32, 4, _>(|k| a[k] + (b[k] - a[k]) * fu)
-        });
-        std::array::from_fn(|k| near[k] + (far[k] - near[k]) * fv)
+    pub(super) fn grains(&self, x: f32x4, y: f32x4) -> [f32; 4] {
+        const PERIOD: f32 = (GRAIN - 2) as f32;
+        let fold = |a: f32x4| {
+            let a = a * f32x4::splat(1.0 / TEXEL as f32) + f32x4::splat(0.31 * PERIOD);
+            let mut folded = a.to_array();
+            for a in &mut folded {
+                let whole = (*a * (0.5 / PERIOD) + 1024.0) as i32 - 1024;
+                let rest = *a - 2.0 * PERIOD * whole as f32;
+                *a = rest.min(2.0 * PERIOD - rest).clamp(0.0, PERIOD);
+            }
+            folded
+        };
+        let (u, v) = (fold(x), fold(y));
+        let mut grains = [1.0; 4];
+        for k in 0..4 {
+            let (i, j) = (u[k] as usize, v[k] as usize);
+            let (fu, fv) = (u[k] - i as f32, v[k] - j as f32);
+            let wood = &self.wood[j * GRAIN + i..][..GRAIN + 2];
+            let (near, far) = (wood[0] + (wood[1] - wood[0]) * fu, &wood[GRAIN..]);
+            grains[k] = near + (far[0] + (far[1] - far[0]) * fu - near) * fv;
+        }
+        grains
     }
-}
-
-/// Marks the cells of a row, which begins at `low_x` with edges of `cell` m, whose line of sight along `d` a thing blocks.
-fn darken(thing: &Thing, d: Vector3<f64>, y: f64, (low_x, cell): (f64, f64), seen: &mut [f32]) {
-    // The ball around the thing, seen along d on the plane z = 0, reaches r / d.z at most.
-    let reach = thing.radius / d.z;
-    let foot = thing.centre - d * (thing.centre.z / d.z);
-    let dy = y - foot.y;
-    if dy.abs() > reach {
-        return;
-    }
-    let half = (reach * reach - dy * dy).sqrt();
-    let from = ((foot.x - half - low_x) / cell + 0.5).floor().max(0.0) as usize;
-    let to = ((foot.x + half - low_x) / cell + 1.5).ceil().max(0.0) as usize;
-    // Glass lets most light through and gathers what it bends; a third is missing beside the bright spots.
-    let left = if thing.paint.transparent { 0.70_f32 } else { 0.0 };
-    let first = Vector3::new(low_x - 0.5 * cell, y, 1e-5);
-    let to = to.min(seen.len()).max(from.min(seen.len()));
-    thing.blocked(first, Vector3::x() * cell, d, from.min(to)..to, |k| seen[k] = seen[k].min(left));
-}
-
-/// Returns `n` directions spread evenly over a cone of half angle `spread` (Vogel's spiral).
-fn disc(towards: Vector3<f64>, spread: f64, n: usize) -> Vec<Vector3<f64>> {
-    (0..n)
-        .flat_map(|k| {
-            let off = spread * ((k as f64 + 0.5) / n as f64).sqrt();
-            ring(towards, off, 1, k as f64 * 2.399_963)
-        })
-        .collect()
-}
-
-/// Returns `n` directions at an angle `off` from an axis.
-fn ring(axis: Vector3<f64>, off: f64, n: usize, phase: f64) -> Vec<Vector3<f64>> {
-    let side = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
-    let u = axis.cross(&side).normalize();
-    let v = axis.cross(&u);
-    (0..n)
-        .map(|k| {
-            let turn = phase + std::f64::consts::TAU * k as f64 / n as f64;
-            axis * off.cos() + (u * turn.cos() + v * turn.sin()) * off.sin()
-        })
-        .collect()
 }
 
 /// Edge of the stored piece of wood in texels, and of a texel in m.

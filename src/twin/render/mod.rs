@@ -9,11 +9,14 @@
 //! What a sensor adds to the light (noise, vignetting, blur) is not drawn here: the twin's camera is ideal,
 //! the laboratory's is [`crate`]'s `lab` layer's affair.
 
+mod cast;
+mod four;
 mod lens;
 mod light;
 mod look;
 mod options;
 mod scene;
+mod shade;
 mod solid;
 mod surface;
 mod tile;
@@ -21,6 +24,7 @@ mod trace;
 mod glass;
 mod view;
 
+use std::ops::Range;
 use std::sync::LazyLock;
 
 use image::RgbImage;
@@ -28,12 +32,16 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::world::Camera;
+use four::Plane;
 use lens::Lens;
 pub use look::ArmLook;
 pub use options::Options;
-use tile::{Content, TILE, Tile};
-use trace::{Sample, Stage};
+use tile::{Content, PART, TILE, Tile};
+use trace::{Candidates, Sample, Stage};
 pub use view::{Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER};
+
+/// Pictures are drawn in squares of so many px: the same squares, the same picture.
+pub const SQUARE: u32 = TILE as u32;
 
 /// A picture as light, row by row from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,6 +106,8 @@ pub fn radiance(camera: &Camera, view: &View, options: &Options) -> Radiance {
         glass_ids: vec![NOTHING; n],
     };
     let mut keys = vec![0_u32; n];
+    let plane = Plane::new(&lens, &stage.table);
+    let eye = Eye { stage: &stage, lens: &lens, plane: &plane };
     let band = (width * TILE).max(1);
     drawn
         .light
@@ -108,17 +118,13 @@ pub fn radiance(camera: &Camera, view: &View, options: &Options) -> Radiance {
         .zip(keys.par_chunks_mut(band))
         .enumerate()
         .for_each(|(row, ((((light, depth), ids), glass), keys))| {
-            let size = (width, light.len() / width);
-            let mut put = |at: usize, sample: Sample| {
-                light[at] = clamped(sample.light);
-                depth[at] = sample.distance as f32;
-                ids[at] = sample.id;
-                glass[at] = sample.glass;
-                keys[at] = (sample.key ^ sample.key >> 32) as u32;
-            };
+            let rows = light.len() / width;
+            let mut band = Band { width, light, depth, ids, glass, keys };
             for column in 0..columns {
                 let tile = &tiles[row * columns + column];
-                first_look(&stage, &lens, tile, (column, row), size, &mut put);
+                let place = (column * TILE, row * TILE);
+                let size = (TILE.min(width - place.0), rows);
+                first_look(&eye, tile, place, size, &mut band);
             }
         });
 
@@ -130,48 +136,134 @@ pub fn radiance(camera: &Camera, view: &View, options: &Options) -> Radiance {
             find_edges(&keys, width, height, v, &mut edges);
             for &u in &edges {
                 let tile = &tiles[(v / TILE) * columns + u / TILE];
-                row[u] = look_closely(&stage, &lens, tile, (u, v), &offsets);
+                let (_, candidates) = tile.part(u % TILE, v % TILE);
+                row[u] = look_closely(&stage, &lens, candidates, (u, v), &offsets);
             }
         });
     }
     drawn
 }
 
-/// Looks once at each pixel of a square of a band of `rows` and hands over what it saw, distances along
-/// camera z.
+/// What looks: at what, and through which lens.
+struct Eye<'e> {
+    stage: &'e Stage<'e>,
+    lens: &'e Lens,
+    plane: &'e Plane,
+}
+
+/// Some rows of a picture that is being drawn.
+struct Band<'b> {
+    width: usize,
+    light: &'b mut [[f32; 3]],
+    depth: &'b mut [f32],
+    ids: &'b mut [u16],
+    glass: &'b mut [u16],
+    keys: &'b mut [u32],
+}
+
+impl Band<'_> {
+    #[inline]
+    fn put(&mut self, at: usize, sample: &Sample) {
+        self.light[at] = clamped(sample.light);
+        self.depth[at] = sample.distance as f32;
+        self.ids[at] = sample.id;
+        self.glass[at] = sample.glass;
+        self.keys[at] = folded(sample.key);
+    }
+}
+
+/// Looks once at each pixel of a square of a band; `place` is its corner in the picture, `size` how much of it is there.
 fn first_look(
-    stage: &Stage<'_>,
-    lens: &Lens,
+    eye: &Eye<'_>,
     tile: &Tile,
-    (column, row): (usize, usize),
-    (width, rows): (usize, usize),
-    put: &mut impl FnMut(usize, Sample),
+    place: (usize, usize),
+    size: (usize, usize),
+    band: &mut Band<'_>,
 ) {
-    let across = column * TILE..((column + 1) * TILE).min(width);
-    for y in 0..rows {
-        let v = (row * TILE + y) as f64;
-        for u in across.clone() {
-            let sample = match &tile.content {
-                Content::Room(corners) => {
-                    let at = |k: usize| k as f32 / TILE as f32;
-                    let (fu, fv) = (at(u - across.start), at(y));
-                    let top = corners[0] + (corners[1] - corners[0]) * fu;
-                    let bottom = corners[2] + (corners[3] - corners[2]) * fu;
-                    Sample::room((top + (bottom - top) * fv).cast())
+    let edge = if tile.has_parts() { PART } else { TILE };
+    for y in (0..size.1).step_by(edge) {
+        for x in (0..size.0).step_by(edge) {
+            let (content, candidates) = tile.part(x, y);
+            let size = (edge.min(size.0 - x), edge.min(size.1 - y));
+            for row in y..y + size.1 {
+                let (u, v) = (place.0 + x, place.1 + row);
+                let at = row * band.width + u;
+                match content {
+                    Content::Room(corners) => {
+                        let (part, height) = (1.0 / edge as f32, (row - y) as f32);
+                        let left = corners[0] + (corners[2] - corners[0]) * (height * part);
+                        let right = corners[1] + (corners[3] - corners[1]) * (height * part);
+                        room_row(left, (right - left) * part, at..at + size.0, band);
+                    }
+                    Content::Table => table_row(eye, candidates, (u, v), at..at + size.0, band),
+                    Content::Things => {
+                        for k in 0..size.0 {
+                            let d = eye.lens.direction((u + k) as f64, v as f64);
+                            let length = d.norm();
+                            let sample =
+                                eye.stage.look(eye.lens.centre, d / length, Some(candidates), 0);
+                            let distance = sample.distance / length;
+                            band.put(at + k, &Sample { distance, ..sample });
+                        }
+                    }
                 }
-                Content::Table => stage.look_at_table(
-                    lens.centre,
-                    lens.direction(u as f64, v),
-                    &tile.candidates.marks,
-                ),
-                Content::Things => {
-                    let d = lens.direction(u as f64, v);
-                    let length = d.norm();
-                    let sample = stage.look(lens.centre, d / length, Some(&tile.candidates), 0);
-                    Sample { distance: sample.distance / length, ..sample }
+            }
+        }
+    }
+}
+
+/// Draws a stretch of a row where there is only room, whose light changes by `step` from pixel to pixel.
+fn room_row(first: Vector3<f32>, step: Vector3<f32>, stretch: Range<usize>, band: &mut Band<'_>) {
+    for (k, at) in stretch.clone().enumerate() {
+        let light = first + step * k as f32;
+        let cut = |x: f32| x.clamp(0.0, BRIGHTEST);
+        band.light[at] = [cut(light.x), cut(light.y), cut(light.z)];
+    }
+    band.depth[stretch.clone()].fill(f32::INFINITY);
+    band.ids[stretch.clone()].fill(NOTHING);
+    band.glass[stretch.clone()].fill(NOTHING);
+    band.keys[stretch].fill(0);
+}
+
+/// Draws a stretch of a row where there are only table and room, from the pixel `(u, v)` on.
+fn table_row(
+    eye: &Eye<'_>,
+    candidates: Candidates<'_>,
+    (u, v): (usize, usize),
+    stretch: Range<usize>,
+    band: &mut Band<'_>,
+) {
+    let key = folded(trace::key_of_table(false));
+    let n = stretch.len();
+    for first in (0..n).step_by(4) {
+        let here = stretch.start + first..(stretch.start + first + 4).min(stretch.end);
+        let slowly = |band: &mut Band<'_>, k: usize| {
+            let d = eye.lens.direction((u + first + k) as f64, v as f64);
+            let sample = eye.stage.look_at_table(eye.lens.centre, d, candidates.marks);
+            band.put(here.start + k, &sample);
+        };
+        let Some(four) = eye.plane.meet(eye.lens, u + first, v) else {
+            (0..here.len()).for_each(|k| slowly(band, k));
+            continue;
+        };
+        let light = four.light(&eye.stage.lighting);
+        for (k, at) in here.clone().enumerate() {
+            let [r, g, b, _] = light[k];
+            band.light[at] = [r, g, b];
+            band.depth[at] = four.depth[k];
+        }
+        band.ids[here.clone()].fill(TABLE);
+        band.glass[here.clone()].fill(NOTHING);
+        band.keys[here.clone()].fill(key);
+        if !candidates.marks.is_empty() {
+            let places = four.places();
+            for k in 0..here.len() {
+                let (x, y) = places[k];
+                let marks = Some(candidates.marks);
+                if eye.stage.mark_at(f64::from(x), f64::from(y), marks).is_some() {
+                    slowly(band, k);
                 }
-            };
-            put(y * width + u, sample);
+            }
         }
     }
 }
@@ -183,7 +275,7 @@ fn first_look(
 fn look_closely(
     stage: &Stage<'_>,
     lens: &Lens,
-    tile: &Tile,
+    candidates: Candidates<'_>,
     (u, v): (usize, usize),
     offsets: &[[f64; 2]],
 ) -> [f32; 3] {
@@ -193,7 +285,7 @@ fn look_closely(
     let mut sum = [0.0_f32; 3];
     for (k, [du, dv]) in offsets.iter().enumerate() {
         let d = lens.direction(u as f64 + du, v as f64 + dv).normalize();
-        let seen = stage.see(lens.centre, d, Some(&tile.candidates), 0);
+        let seen = stage.see(lens.centre, d, Some(candidates), 0);
         let surface = seen.surface();
         let at = known[..n_known].iter().position(|(known, _)| *known == surface);
         // Of Hammersley's sixteen points every fifth, or for glass, which shows much in little space, those
@@ -211,7 +303,8 @@ fn look_closely(
         };
         sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
     }
-    sum.map(|x| x / offsets.len() as f32)
+    let n = offsets.len() as f32;
+    [sum[0] / n, sum[1] / n, sum[2] / n]
 }
 
 /// The sRGB transfer function: linear light (clamped to 0–1) to 0–1.
@@ -231,12 +324,21 @@ pub fn developed(x: f32) -> u8 {
     TABLE[(x.clamp(0.0, 1.0) * STEPS + 0.5) as usize]
 }
 
+/// The brightest light that is told apart.
+const BRIGHTEST: f32 = 4.0;
+
 /// Highlights are cut where a sensor's pixel would be full several times over; else one bright look would
 /// outweigh all others of an edge.
 #[inline]
 fn clamped(light: Vector3<f64>) -> [f32; 3] {
-    let cut = |x: f64| (x as f32).clamp(0.0, 4.0);
+    let cut = |x: f64| (x as f32).clamp(0.0, BRIGHTEST);
     [cut(light.x), cut(light.y), cut(light.z)]
+}
+
+/// Returns half as many digits of a key.
+#[inline]
+fn folded(key: u64) -> u32 {
+    (key ^ key >> 32) as u32
 }
 
 /// Collects the columns of row `v` of which the pixel beside, above or below sees another surface.

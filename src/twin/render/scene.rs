@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
+use super::cast;
+use super::light::Lighting;
 use super::solid::{Solid, TOP};
 use super::surface::Surface;
 use super::view::{Body, FIRST_BODY, MARKER, Paint, Shape, TABLE, View, WATER};
@@ -116,6 +118,17 @@ impl Thing {
         let r2 = self.radius * self.radius;
         let off = to.norm_squared() - along * along;
         off <= r2 && (along >= 0.0 || to.norm_squared() <= r2)
+    }
+
+    /// Returns whether the thing may stand between `o` and a part of the lamp.
+    #[inline]
+    pub(super) fn in_beam(&self, o: Vector3<f64>, lighting: &Lighting) -> bool {
+        let to = self.centre - o;
+        let far2 = to.norm_squared();
+        let along = to.dot(&lighting.towards());
+        // The lamp's rim seen from `o` is off its middle by the sine of its half angle at most.
+        let reach = self.radius + lighting.sine() * far2.sqrt();
+        along >= -reach && far2 - along * along <= reach * reach
     }
 
     /// Returns whether the thing can be met by a ray from the tip of a cone of rays. `axis` is of length 1,
@@ -239,6 +252,19 @@ impl Thing {
     ) {
         let (lo, ld) = self.inward(from, d);
         let stride = times(&self.local_from_world, &step);
+        // What lies wholly above the places is ahead of them.
+        if let Kind::Solid(solid) = &self.kind
+            && self.centre.z - self.radius > from.z
+            && let Some(row) = cast::Row::new(lo, stride, ld)
+            && let Some(stretch) = row.through(solid)
+        {
+            if let Some((low, high)) = stretch {
+                let low = (low.ceil().max(0.0) as usize).max(cells.start);
+                let high = (high.floor() + 1.0).max(0.0) as usize;
+                (low..high.min(cells.end)).for_each(told);
+            }
+            return;
+        }
         for k in cells {
             let blocks = if let Kind::Solid(solid) = &self.kind {
                 solid.span(lo + stride * k as f64, ld).is_some_and(|span| span.leave > 1e-6)

@@ -18,16 +18,16 @@ pub(super) struct Stage<'a> {
     pub(super) things: Vec<Thing>,
     pub(super) lighting: Lighting,
     pub(super) marks: &'a [Mark],
-    table: Table,
+    pub(super) table: Table,
     /// For each thing those that can cast a shadow on it.
     casters: Vec<Vec<u32>>,
 }
 
 /// What can be met in a part of the picture; see [`super::tile`].
-#[derive(Debug, Clone, Default)]
-pub(super) struct Candidates {
-    pub(super) things: Vec<u32>,
-    pub(super) marks: Vec<u32>,
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidates<'t> {
+    pub(super) things: &'t [u32],
+    pub(super) marks: &'t [u32],
 }
 
 /// What a ray meets first.
@@ -74,13 +74,6 @@ pub(super) struct Sample {
     pub(super) glass: u16,
 }
 
-impl Sample {
-    /// Returns what a ray sees that meets nothing but the room.
-    pub(super) fn room(light: Rgb) -> Self {
-        Self { light, key: 0, distance: f64::INFINITY, id: NOTHING, glass: NOTHING }
-    }
-}
-
 impl<'a> Stage<'a> {
     /// Makes a view ready to be looked at from `eye`.
     pub(super) fn new(view: &'a View, options: Options, eye: Vector3<f64>) -> Self {
@@ -95,7 +88,7 @@ impl<'a> Stage<'a> {
         &self,
         o: Vector3<f64>,
         d: Vector3<f64>,
-        candidates: Option<&Candidates>,
+        candidates: Option<Candidates<'_>>,
         bounce: u8,
     ) -> Sample {
         self.develop(&self.see(o, d, candidates, bounce), o, d, bounce)
@@ -107,7 +100,7 @@ impl<'a> Stage<'a> {
         &self,
         o: Vector3<f64>,
         d: Vector3<f64>,
-        candidates: Option<&Candidates>,
+        candidates: Option<Candidates<'_>>,
         bounce: u8,
     ) -> Seen<'_> {
         let mut solid: Option<(Hit, usize)> = None;
@@ -142,7 +135,7 @@ impl<'a> Stage<'a> {
         let mark =
             solid.filter(|(hit, index)| *index == 0 && hit.face == TOP).and_then(|(hit, _)| {
                 let at = o + d * hit.t;
-                self.mark_at(at.x, at.y, candidates.map(|list| list.marks.as_slice()))
+                self.mark_at(at.x, at.y, candidates.map(|list| list.marks))
             });
         Seen { solid, clear: clear.filter(|&(t, _)| t < distance && bounce < MOST_BOUNCES), mark }
     }
@@ -184,13 +177,12 @@ impl<'a> Stage<'a> {
                 let on = self.mark_at(x, y, Some(marks)).is_some();
                 let light =
                     if on { self.lighting.mark(x, y) } else { self.lighting.table_top(x, y) };
-                let key = mix(u64::from(TABLE), table_key(on));
+                let key = key_of_table(on);
                 return Sample { light: light.cast(), key, distance: t, id: TABLE, glass: NOTHING };
             }
         }
         let length = d.norm();
-        let only = Candidates { things: vec![0], marks: marks.to_vec() };
-        let sample = self.look(o, d / length, Some(&only), 0);
+        let sample = self.look(o, d / length, Some(Candidates { things: &[0], marks }), 0);
         Sample { distance: sample.distance / length, ..sample }
     }
 
@@ -275,6 +267,21 @@ impl<'a> Stage<'a> {
         if samples.is_empty() {
             return (1.0, 0);
         }
+        // Most of what could cast a shadow on the thing casts none here.
+        let mut casters = [0_u32; 24];
+        let mut n_casters = 0;
+        let beside = &self.casters[index];
+        let casters = if beside.len() > casters.len() {
+            beside.as_slice()
+        } else {
+            for &caster in beside {
+                if self.things[caster as usize].in_beam(from, &self.lighting) {
+                    casters[n_casters] = caster;
+                    n_casters += 1;
+                }
+            }
+            &casters[..n_casters]
+        };
         let mut seen = 0.0;
         for &to in samples {
             let mut left: f64 = 1.0;
@@ -287,7 +294,7 @@ impl<'a> Stage<'a> {
                     continue;
                 }
             }
-            for &caster in &self.casters[index] {
+            for &caster in casters {
                 let thing = &self.things[caster as usize];
                 if thing.near(from, to) && thing.blocks(from, to) {
                     left = left.min(if thing.paint.transparent { 0.7 } else { 0.0 });
@@ -306,6 +313,12 @@ impl<'a> Stage<'a> {
 #[inline]
 fn table_key(on_mark: bool) -> u64 {
     if on_mark { 64 } else { 65 }
+}
+
+/// The key of a look at the table's top.
+#[inline]
+pub(super) fn key_of_table(on_mark: bool) -> u64 {
+    mix(u64::from(TABLE), table_key(on_mark))
 }
 
 /// Folds a number into a key (FNV-1a's step).
