@@ -164,7 +164,7 @@ impl Recorder {
         if let Err(error) = self.write_rows() {
             self.fail(error);
         }
-        let text = serde_json::to_string_pretty(run)?;
+        let text = serde_json::to_string(run)?;
         let saved = write::replace(&self.dir.join("run.json"), text);
         match self.trouble.take_if(|_| !self.is_told) {
             Some(trouble) => {
@@ -219,9 +219,12 @@ impl Recorder {
             let _ = writeln!(self.rows, "{header},gripper[m]{scale}");
         }
         let mut row = format!("{:.4}", feedback.time);
-        for values in [&feedback.q_cmd, &feedback.q, &feedback.dq, &feedback.tau] {
+        // A twentieth of an encoder's step, and of what speeds and torques are known to.
+        for (values, digits) in
+            [(&feedback.q_cmd, 6), (&feedback.q, 6), (&feedback.dq, 4), (&feedback.tau, 4)]
+        {
             for value in values {
-                let _ = write!(row, ",{value:.6}");
+                let _ = write!(row, ",{value:.digits$}");
             }
         }
         let _ = write!(row, ",{:.5}", feedback.opening);
