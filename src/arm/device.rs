@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::cancel::Cancel;
 use super::error::DeviceError;
 use super::limits::{Cleared, ClearedGrip};
+use crate::world::Window;
 
 /// What the arm reports of itself at one instant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -128,6 +129,9 @@ pub trait Arm: Send {
 /// A photograph that has been taken, to be had by whoever calls it, in a thread of its own if it takes long.
 pub type Shot = Box<dyn FnOnce() -> RgbImage + Send>;
 
+/// A photograph that has been taken, to be had as a whole or in parts, as often as is wanted.
+pub type Plate = Box<dyn Fn(Option<Window>) -> RgbImage + Send>;
+
 /// A colour camera that stands still.
 pub trait Camera: Send {
     /// Takes a photograph.
@@ -137,6 +141,18 @@ pub trait Camera: Send {
     fn shoot(&mut self) -> Result<Shot, DeviceError> {
         let image = self.photo()?;
         Ok(Box::new(move || image))
+    }
+
+    /// Takes a photograph of this instant of which parts may be had later: who knows where to look need not see all of it.
+    fn plate(&mut self) -> Result<Plate, DeviceError> {
+        let image = self.photo()?;
+        Ok(Box::new(move |window| match window {
+            Some(part) => {
+                image::imageops::crop_imm(&image, part.u, part.v, part.width, part.height)
+                    .to_image()
+            }
+            None => image.clone(),
+        }))
     }
 
     /// Returns what films beside this camera, if anything can.

@@ -12,5 +12,7 @@ pub mod patience;
 pub mod ticked;
 
 pub use cancel::Cancel;
-pub use device::{Arm, Camera, Feedback, Film, Grip, Pacing, Scales, Shot, SmallShot, Weighing};
+pub use device::{
+    Arm, Camera, Feedback, Film, Grip, Pacing, Plate, Scales, Shot, SmallShot, Weighing,
+};
 pub use error::DeviceError;

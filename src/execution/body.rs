@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::arm::{Arm, DeviceError, Feedback, Film, Grip, Shot};
+use crate::arm::{Arm, DeviceError, Feedback, Film, Grip, Plate, Shot};
 use crate::trace::Observer;
 use crate::world::{Pose, WorldState, frame};
 
@@ -93,6 +93,11 @@ pub trait Body: Send {
 
     /// Takes a photograph, where there is a camera.
     fn photo(&mut self) -> Result<Option<Shot>, DeviceError> {
+        Ok(None)
+    }
+
+    /// Takes a photograph of which parts may be had, where there is a camera.
+    fn plate(&mut self) -> Result<Option<Plate>, DeviceError> {
         Ok(None)
     }
 

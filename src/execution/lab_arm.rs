@@ -11,7 +11,7 @@ use crate::lab::Lab;
 
 use super::wording;
 use crate::arm::ticked::{Plant, Ticked};
-use crate::arm::{Camera, DeviceError, Feedback, Film, Scales, Shot, SmallShot, Weighing};
+use crate::arm::{Camera, DeviceError, Feedback, Film, Plate, Scales, Shot, SmallShot, Weighing};
 
 /// The lab, shared by its arm, its camera and its scales.
 pub type SharedLab = Arc<Mutex<Lab>>;
@@ -85,7 +85,12 @@ impl Camera for LabCamera {
     fn shoot(&mut self) -> Result<Shot, DeviceError> {
         // The laboratory is held for as long as the shutter is open, not while the picture is drawn.
         let negative = lock(&self.0).shutter();
-        Ok(Box::new(move || negative.develop()))
+        Ok(Box::new(move || negative.develop(None)))
+    }
+
+    fn plate(&mut self) -> Result<Plate, DeviceError> {
+        let negative = lock(&self.0).shutter();
+        Ok(Box::new(move |window| negative.develop(window)))
     }
 
     fn film(&self) -> Option<Box<dyn Film>> {
@@ -99,7 +104,7 @@ struct LabFilm(SharedLab);
 impl Film for LabFilm {
     fn shoot(&mut self, width: u32) -> Option<SmallShot> {
         let negative = lock(&self.0).film(width);
-        Some(Box::new(move || Some(negative.develop())))
+        Some(Box::new(move || Some(negative.develop(None))))
     }
 }
 

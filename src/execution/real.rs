@@ -21,7 +21,7 @@ use super::cell::Cell;
 use super::confirm::Confirmation;
 use super::wording;
 use crate::arm::patience::Patient;
-use crate::arm::{Arm, Camera, DeviceError, Feedback, Film, Grip, Shot};
+use crate::arm::{Arm, Camera, DeviceError, Feedback, Film, Grip, Plate, Shot};
 use crate::trace::Event;
 
 /// An arm and a camera as a body in a context.
@@ -260,6 +260,10 @@ impl Body for RealBody {
 
     fn photo(&mut self) -> Result<Option<Shot>, DeviceError> {
         Ok(Some(self.camera.shoot()?))
+    }
+
+    fn plate(&mut self) -> Result<Option<Plate>, DeviceError> {
+        Ok(Some(self.camera.plate()?))
     }
 
     fn film(&self) -> Option<Box<dyn Film>> {

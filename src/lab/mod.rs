@@ -229,7 +229,7 @@ impl Lab {
 
     /// Takes a photo of the table as it is now.
     pub fn photo(&mut self) -> RgbImage {
-        self.shutter().develop()
+        self.shutter().develop(None)
     }
 
     /// Takes a photo of the table as it is now, to be drawn by whoever wants it, while the arm goes on.

@@ -4,9 +4,10 @@
 //! laboratory's truth it keeps to itself: only the picture comes out.
 
 use image::RgbImage;
+use image::imageops::crop_imm;
 
 use crate::twin::render::{self, Options, View};
-use crate::world::Camera;
+use crate::world::{Camera, Window};
 
 use super::sensor;
 use super::truth::Exposure;
@@ -30,9 +31,18 @@ impl Negative {
         Self { options: Options::film(), ..Self::new(view, camera, exposure, 0) }
     }
 
-    /// Draws the picture; the same each time.
-    pub fn develop(&self) -> RgbImage {
-        let drawn = render::radiance(&self.camera, &self.view, &self.options);
-        sensor::expose(&drawn, &self.exposure, self.key)
+    /// Draws the picture, or only what of it is in a window; the same each time.
+    pub fn develop(&self, window: Option<Window>) -> RgbImage {
+        let intrinsics = &self.camera.intrinsics;
+        let whole = Window { u: 0, v: 0, width: intrinsics.width, height: intrinsics.height };
+        // Blur reaches in from beside the window, and squares are drawn as they are in the whole.
+        let drawn = window.map_or(whole, |window| {
+            window.grown(sensor::reach(&self.exposure) + 1, render::SQUARE, &whole)
+        });
+        let light = render::radiance(&self.camera.within(&drawn), &self.view, &self.options);
+        let photo = sensor::expose(&light, &self.exposure, self.key, (&drawn, &whole));
+        let Some(part) = window else { return photo };
+        let (u, v) = (part.u - drawn.u, part.v - drawn.v);
+        crop_imm(&photo, u, v, part.width, part.height).to_image()
     }
 }

@@ -10,21 +10,33 @@ use rayon::prelude::*;
 
 use super::truth::Exposure;
 use crate::twin::render::{Radiance, developed};
+use crate::world::Window;
 
-/// Returns the photo that a sensor takes of `light`; `key` chooses the noise.
-pub(super) fn expose(drawn: &Radiance, exposure: &Exposure, key: u64) -> RgbImage {
+/// How far blur reaches, px.
+pub(super) fn reach(exposure: &Exposure) -> u32 {
+    (3.0 * exposure.blur).ceil() as u32
+}
+
+/// Returns the photo that a sensor takes of `light`, which falls on a part of the whole; `key` chooses the noise.
+pub(super) fn expose(
+    drawn: &Radiance,
+    exposure: &Exposure,
+    key: u64,
+    (part, whole): (&Window, &Window),
+) -> RgbImage {
     let (width, height) = (drawn.width as usize, drawn.height as usize);
     let light = blurred(&drawn.light, width, height, exposure.blur);
     let mut bytes = vec![0; width * height * 3];
-    let (cu, cv) = (width as f64 / 2.0, height as f64 / 2.0);
+    let (cu, cv) = (f64::from(whole.width) / 2.0, f64::from(whole.height) / 2.0);
     let corner2 = (cu * cu + cv * cv).max(1.0);
     bytes.par_chunks_mut((width * 3).max(1)).enumerate().for_each(|(v, row)| {
         for u in 0..width {
-            let (du, dv) = (u as f64 - cu, v as f64 - cv);
+            let at = (u + part.u as usize, v + part.v as usize);
+            let (du, dv) = (at.0 as f64 - cu, at.1 as f64 - cv);
             let fall = 1.0 - exposure.vignetting * (du * du + dv * dv) / corner2;
             for c in 0..3 {
                 let signal = f64::from(light[v * width + u][c]) * fall * exposure.gain[c];
-                let place = ((v * width + u) * 3 + c) as u64;
+                let place = ((at.1 * whole.width as usize + at.0) * 3 + c) as u64;
                 let variance = exposure.read_noise * exposure.read_noise
                     + signal.max(0.0) / exposure.full_well;
                 // A film has none, and is drawn often.

@@ -14,6 +14,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::Window;
 use super::frame::{Camera as CameraFrame, Point, Pose, World};
 
 /// A place in an image, px.
@@ -101,6 +102,13 @@ impl Intrinsics {
         let (cx, cy) = (centre(self.cx), centre(self.cy));
         let (fx, fy, skew) = (self.fx * scale, self.fy * scale, self.skew * scale);
         (Self { fx, fy, cx, cy, skew, width, height, ..*self }, scale)
+    }
+
+    /// Returns what a window of the picture is taken with: the same lens, and pixels counted from the window's corner.
+    #[must_use]
+    pub fn within(&self, window: &Window) -> Self {
+        let (cx, cy) = (self.cx - f64::from(window.u), self.cy - f64::from(window.v));
+        Self { cx, cy, width: window.width, height: window.height, ..*self }
     }
 
     /// Returns the paper's matrix I (Eq. 4) without its last column.
@@ -259,6 +267,12 @@ impl Camera {
         let rotation =
             nalgebra::Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z]));
         Self { intrinsics, world_from_camera: Pose::from_parts(eye, rotation.into()) }
+    }
+
+    /// Returns the camera that a window of the picture is taken with.
+    #[must_use]
+    pub fn within(&self, window: &Window) -> Self {
+        Self { intrinsics: self.intrinsics.within(window), ..*self }
     }
 
     /// Returns this camera with pictures of `width` pixels across that show the same, and how many of their pixels make one

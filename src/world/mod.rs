@@ -16,6 +16,7 @@ pub mod region;
 pub mod scene;
 pub mod shape;
 pub mod support;
+pub mod window;
 
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +31,7 @@ pub use region::Region;
 pub use scene::{Mark, Scene, Table};
 pub use shape::Shape;
 pub use support::Support;
+pub use window::Window;
 
 /// What is known of one object at one instant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -150,13 +150,13 @@ fn a_laboratory_repeats_itself_bit_for_bit() {
 fn a_film_shows_the_table_and_changes_nothing() {
     let (mut lab, _) = open(LabSettings::default(), 5);
     let (mut filmed, _) = open(LabSettings::default(), 5);
-    let small = filmed.film(480).develop();
+    let small = filmed.film(480).develop(None);
     assert_eq!(small.dimensions(), (480, 270));
-    assert!(small == filmed.film(480).develop(), "there is no noise in it");
+    assert!(small == filmed.film(480).develop(None), "there is no noise in it");
     for lab in [&mut lab, &mut filmed] {
         lab.advance(0.02).unwrap();
     }
-    filmed.film(480).develop();
+    filmed.film(480).develop(None);
     let photo = lab.photo();
     assert!(photo == filmed.photo(), "the next photograph is another one");
     let thumb = image::imageops::thumbnail(&photo, 480, 270);

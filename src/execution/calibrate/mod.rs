@@ -9,18 +9,20 @@ use std::thread::{JoinHandle, spawn};
 
 use nalgebra::Vector3;
 
-use crate::alignment::ball::find_marker_ball;
+use crate::alignment::ball::{BallSighting, find_marker_ball};
 use crate::alignment::camera_fit::{self, Refine, refine_camera};
 use crate::alignment::image_map::{self, Pair, fit_map};
 use crate::alignment::marks::find_marks;
 use crate::world::frame::{Tool, World};
-use crate::world::{Camera, Point, Pose, Scene};
+use crate::world::{Camera, Point, Pose, Scene, Window};
 
 use super::calibration::Calibration;
 use super::cell::Cell;
 use super::context::ActionContext;
 use super::error::ActionError;
 use super::wording;
+use crate::arm::Plate;
+use crate::motion::robot::Marker;
 use crate::trace::Event;
 
 pub mod arm;
@@ -205,12 +207,39 @@ const WANTED: usize = 12;
 /// worse touches things on its way, with twice as much the things on the table leave it no point to visit.
 const DOUBT: f64 = 0.04;
 
+/// How far beyond its rim, px, a ball is measured, and as much again for what its picture is blurred by.
+const BESIDE_PX: f64 = 8.0;
+
 /// How long the arm rests before a photograph, s. Chosen: with half of it a hand that still swings is seen beside
 /// where its joints say; twice as much adds 4 s to a calibration.
 const REST: f64 = 0.3;
 /// How fast the arm goes back, as a share of full speed. Chosen: nothing is in its hand; at half of it the way takes
 /// twice as long, and more than 1 there is not.
 const BACK_SPEED: f64 = 0.8;
+
+/// Returns where in a picture a ball is that should be at `expected` and may be [`DOUBT`] beside it.
+fn around(camera: &Camera, expected: Point<World>, radius: f64) -> Option<Window> {
+    let (pixel, depth) = camera.project_with_depth(expected)?;
+    let half = camera.intrinsics.fx.abs() / depth * (DOUBT + 2.0 * radius) + BESIDE_PX;
+    Window::about(pixel, half, camera.intrinsics.width, camera.intrinsics.height)
+}
+
+/// Finds the marker ball in a photograph: where it is expected, and if it is not there, anywhere.
+fn sighted(
+    plate: &Plate,
+    camera: &Camera,
+    expected: Option<Window>,
+    ball: &Marker,
+) -> Option<BallSighting> {
+    let look = |camera: &Camera, window| {
+        find_marker_ball(&plate(window), camera, ball.radius, ball.colour)
+    };
+    let near = expected.and_then(|window| {
+        let seen = look(&camera.within(&window), Some(window))?;
+        Some(BallSighting { pixel: window.in_whole(seen.pixel), ..seen })
+    });
+    near.or_else(|| look(camera, None))
+}
 
 /// Regression 3: the arm visits points, the camera says where the marker ball is.
 fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Result<(), Error> {
@@ -246,11 +275,14 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
             Err(error) => return Err(error.into()),
         }
         context.wait(REST)?;
-        let Some(shot) = context.body().photo().map_err(ActionError::from)? else { continue };
+        let Some(plate) = context.body().plate().map_err(ActionError::from)? else { continue };
         let (camera, q) = (calibration.camera, context.reported_q()?);
+        let expected = robot.forward(&q).ok().and_then(|base_from_flange| {
+            around(&camera, scene.world_from_base * (base_from_flange * marker), ball.radius)
+        });
         stops.extend(found(&mut looking));
         looking = Some(spawn(move || {
-            let seen = find_marker_ball(&shot(), &camera, ball.radius, ball.colour)?;
+            let seen = sighted(&plate, &camera, expected, &ball)?;
             Some(arm::Stop { q, pixel: seen.pixel, sigma: seen.sigma })
         }));
     }
