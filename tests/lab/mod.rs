@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 use trueup::lab::{Lab, LabSettings, Spot};
 use trueup::motion::Robot;
-use trueup::world::{Camera, Pixel, Point, Scene};
+use trueup::world::{Camera, Pixel, Point, Scene, Window};
 
 use crate::kitchen;
 
@@ -163,6 +163,24 @@ fn a_film_shows_the_table_and_changes_nothing() {
     let off = thumb.iter().zip(small.iter()).map(|(a, b)| f64::from(a.abs_diff(*b)));
     let off = off.sum::<f64>() / (480.0 * 270.0 * 3.0);
     assert!(off < 3.0, "{off} levels on the mean");
+}
+
+/// Who asks for a part of a photograph gets what the whole shows there, noise included.
+#[test]
+fn a_part_of_a_photo_is_what_the_whole_shows_there() {
+    let (mut lab, _) = open(LabSettings::default(), 5);
+    let taken = lab.shutter();
+    let whole = taken.develop(None);
+    for (u, v) in [(0, 0), (617, 203), (1130, 575)] {
+        let part = taken.develop(Some(Window { u, v, width: 150, height: 145 }));
+        let same = image::imageops::crop_imm(&whole, u, v, 150, 145).to_image();
+        assert_eq!(part.dimensions(), same.dimensions());
+        // Directions are the same to rounding, which may move a value across the edge of a level.
+        let off: Vec<u8> = part.iter().zip(same.iter()).map(|(a, b)| a.abs_diff(*b)).collect();
+        assert!(off.iter().all(|off| *off <= 1), "{u} {v}: {:?}", off.iter().max());
+        let n = off.iter().filter(|off| **off > 0).count();
+        assert!(n < off.len() / 1000, "{u} {v}: {n} of {}", off.len());
+    }
 }
 
 #[test]
