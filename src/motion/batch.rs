@@ -5,6 +5,9 @@
 //! spheres contain the robot ([`super::spheres`]) and distances to boxes, capsules and cylinders are closed forms, so what is
 //! called free is free; what is flagged may be free all the same where spheres are larger than the solids they stand for.
 //!
+//! Where a stretch of the way is looked at whole, spheres follow their tangents as far as they lead towards an obstacle
+//! ([`Thing::beyond_swept`]), and two parts move against each other only by the joints between them.
+//!
 //! Numbers are `f32`: all radii are larger by [`SLACK`], far more than rounding.
 //!
 //! Source: Thomason, Kingston and Kavraki, "Motions in microseconds via vectorized sampling-based planning", ICRA 2024.
@@ -17,7 +20,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use pulp::f32x8;
 
-use super::beyond::{SLACK, Thing};
+use super::beyond::{SLACK, Thing, beyond_swept};
 use super::distance::Body;
 use super::frames::{Frame, Frames};
 use super::frames8::{Joint, Placed8, carried, joints, place};
@@ -41,8 +44,17 @@ struct Part {
     /// How far they are from the frame's axis and from its origin at most, m.
     arm: [f64; 2],
     spheres: Range<usize>,
-    /// Obstacles it must not touch, by place, the nearest first; and what is left to each at full stretch, m.
-    watched: Vec<(u32, f32)>,
+    /// Obstacles that it must not touch: a bit for each of eight ([`Batch::boxes`]).
+    masks: Vec<u8>,
+}
+
+/// Two parts that must not touch each other.
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    first: usize,
+    second: usize,
+    /// The last frame that moves both; `None` for the base.
+    shared: Option<usize>,
 }
 
 /// A robot and what is around it, ready for eight configurations at once.
@@ -51,8 +63,10 @@ pub(super) struct Batch {
     joints: Vec<Joint>,
     parts: Vec<Part>,
     spheres: Vec<Ball>,
-    pairs: Vec<(usize, usize)>,
+    pairs: Vec<Pair>,
     things: Vec<Thing>,
+    /// Boxes along the axes around eight obstacles each: their lower ends, then their upper ones, by axis.
+    boxes: Vec<[f32x8; 6]>,
     /// Whether the spheres are all of the robot: then what is flagged does touch.
     is_exact: bool,
     slack: f32,
@@ -80,8 +94,8 @@ pub(super) struct Question<'a> {
 #[derive(Debug, Default)]
 struct Work {
     placed: Placed8,
-    /// Of each part, the last first: the middle of its ball, and how much larger its spheres are.
-    balls: Vec<(Vectors, f32x8)>,
+    /// Of each part, the last first: the middle of its ball.
+    balls: Vec<Vectors>,
     near: Vec<u32>,
 }
 
@@ -102,8 +116,9 @@ impl Batch {
             joints: joints(frames),
             parts: Vec::new(),
             spheres: Vec::new(),
-            pairs: pairs.to_vec(),
+            pairs: Vec::new(),
             things: Vec::new(),
+            boxes: Vec::new(),
             is_exact: true,
             slack: 0.0,
         };
@@ -130,43 +145,31 @@ impl Batch {
             let most = |size: &dyn Fn(&Vector3<f64>) -> f64| {
                 spheres.iter().map(|s| size(&s.0)).fold(0.0, f64::max)
             };
-            let (shoulder, stretch) = batch.stretch(node);
             let size = far(&Vector3::zeros());
             largest = largest.max(size);
-            let left = |place: u32| {
-                obstacles[place as usize].distance_to_ball(&shoulder, stretch + size) as f32
-            };
-            let mut watched: Vec<(u32, f32)> =
-                watched.into_iter().map(|place| (place, left(place))).collect();
-            watched.sort_by(|a, b| a.1.total_cmp(&b.1));
+            let mut masks = vec![0_u8; obstacles.len().div_ceil(LANES)];
+            for place in watched {
+                masks[place as usize / LANES] |= 1 << (place as usize % LANES);
+            }
             batch.parts.push(Part {
                 node,
                 ball: ball(&middle, far(&middle)),
                 spread: most(&|centre| (centre - middle).norm()) as f32,
                 arm: [most(&|centre| centre.xy().norm()), most(&Vector3::norm)],
                 spheres: from..batch.spheres.len(),
-                watched,
+                masks,
             });
         }
+        let pair = |&(first, second): &(usize, usize)| {
+            let nodes = [batch.parts[first].node, batch.parts[second].node];
+            Pair { first, second, shared: batch.shared(nodes) }
+        };
+        batch.pairs = pairs.iter().map(pair).collect();
         reach += largest;
         batch.slack = (SLACK * (1.0 + reach)) as f32;
+        batch.boxes = obstacles.chunks(LANES).map(|eight| around(eight, batch.slack)).collect();
         batch.things = obstacles.into_iter().map(Thing::of).collect();
         batch
-    }
-
-    /// Returns the point that the first joint before a frame turns about, in base coordinates, and how far the frame's origin
-    /// can be from it, m; infinitely far where a joint slides.
-    fn stretch(&self, node: Option<usize>) -> (Vector3<f64>, f64) {
-        let (mut shoulder, mut stretch, mut last) = (Vector3::zeros(), 0.0, 0.0);
-        let mut at = node;
-        while let Some(node) = at {
-            let joint = &self.joints[node];
-            stretch += last;
-            last = if joint.slides { f64::INFINITY } else { joint.length };
-            shoulder = Vector3::from(joint.shift.map(f64::from));
-            at = joint.parent;
-        }
-        (shoulder, if last.is_finite() { stretch } else { f64::INFINITY })
     }
 
     /// Returns a bit for each of eight configurations in which something is nearer than asked for, or may be.
@@ -178,15 +181,17 @@ impl Batch {
     }
 
     /// Returns, for each part, how much the way of any of its spheres bends at most on a straight joint motion: the size of
-    /// the second derivative by the share of the way, m.
+    /// the second derivative by the share of the way, m. Then the same for each pair, as one part sees the other.
     ///
     /// With joint `k` no nearer to the hand than joint `j`, the second derivative of a point by both is no longer than the
     /// point's distance from the axis of `j`.
     pub(super) fn bends(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
-        let bend = |part: &Part| {
+        let bend = |part: &Part, until: Option<usize>| {
             let ([mut arm, mut beyond], mut at) = (part.arm, part.node);
             let (mut bend, mut outer) = (0.0, 0.0);
-            while let Some(node) = at {
+            while at != until
+                && let Some(node) = at
+            {
                 let joint = &self.joints[node];
                 let rate = (joint.multiplier * (to[joint.index] - from[joint.index])).abs();
                 if joint.slides {
@@ -203,12 +208,57 @@ impl Batch {
             }
             bend
         };
-        self.parts.iter().map(bend).collect()
+        let alone = self.parts.iter().map(|part| bend(part, None));
+        let paired = self.pairs.iter().map(|pair| {
+            let both = [pair.first, pair.second].map(|part| bend(&self.parts[part], pair.shared));
+            both[0] + both[1]
+        });
+        alone.chain(paired).collect()
+    }
+
+    /// Returns the last frame that moves both of two.
+    fn shared(&self, [first, second]: [Option<usize>; 2]) -> Option<usize> {
+        let above = |node: &usize| self.joints[*node].parent;
+        let chain: Vec<usize> = std::iter::successors(first, above).collect();
+        std::iter::successors(second, above).find(|node| chain.contains(node))
+    }
+
+    /// Finds the obstacles that a part's ball, so much larger, is near in any of eight configurations.
+    #[inline(always)]
+    fn near<S: Wide>(
+        &self,
+        simd: S,
+        part: &Part,
+        ball: Three<S>,
+        reach: Eight<S>,
+        near: &mut Vec<u32>,
+    ) {
+        near.clear();
+        let most = reach.most();
+        let axes = [ball.x, ball.y, ball.z];
+        let low = axes.map(|x| Eight::all(simd, x.least() - most));
+        let high = axes.map(|x| Eight::all(simd, x.most() + most));
+        for (eight, (ends, mask)) in self.boxes.iter().zip(&part.masks).enumerate() {
+            let mut overlap = Eight::all(simd, f32::INFINITY);
+            for axis in 0..3 {
+                overlap = overlap.min(high[axis] - Eight::of(simd, ends[axis]));
+                overlap = overlap.min(Eight::of(simd, ends[3 + axis]) - low[axis]);
+            }
+            let mut left = mask & !overlap.below_zero();
+            while left != 0 {
+                let place = eight * LANES + left.trailing_zeros() as usize;
+                left &= left - 1;
+                if self.things[place].beyond(simd, ball, reach).below_zero() != 0 {
+                    near.push(place as u32);
+                }
+            }
+        }
     }
 
     /// Returns what a look costs, in units of [`super::Budget`]: some ten spheres are one pair of solids.
     pub(super) fn cost(&self) -> u64 {
-        let watched: usize = self.parts.iter().map(|part| part.watched.len()).sum();
+        let masks = self.parts.iter().flat_map(|part| &part.masks);
+        let watched: usize = masks.map(|mask| mask.count_ones() as usize).sum();
         1 + (self.joints.len() + self.spheres.len() + watched + self.pairs.len()) as u64 / 10
     }
 
@@ -216,6 +266,21 @@ impl Batch {
     pub(super) fn is_exact(&self) -> bool {
         self.is_exact
     }
+}
+
+/// Returns boxes along the axes around up to eight bodies, `slack` m larger; what is missing is nowhere.
+fn around(bodies: &[&Body], slack: f32) -> [f32x8; 6] {
+    let (none, end) = (f32::INFINITY, f32::NEG_INFINITY);
+    let mut ends =
+        [[none; LANES], [none; LANES], [none; LANES], [end; LANES], [end; LANES], [end; LANES]];
+    for (lane, body) in bodies.iter().enumerate() {
+        let [low, high] = body.corners();
+        for axis in 0..3 {
+            ends[axis][lane] = low[axis] as f32 - slack;
+            ends[3 + axis][lane] = high[axis] as f32 + slack;
+        }
+    }
+    ends.map(|[a, b, c, d, e, f, g, h]| f32x8(a, b, c, d, e, f, g, h))
 }
 
 fn ball(centre: &Vector3<f64>, radius: f64) -> Ball {
@@ -237,9 +302,8 @@ impl Job for Looking<'_> {
         let sweeps = !question.bends.is_empty();
         let ends = (question.from, question.to);
         place(simd, &batch.joints, ends, &question.at, sweeps, &mut work.placed);
-        let Placed8 { frames, speeds } = &work.placed;
-        let most = question.room as f32 + batch.slack;
-        let room = Eight::all(simd, most);
+        let frames = &work.placed.frames;
+        let room = Eight::all(simd, question.room as f32 + batch.slack);
         let half = Eight::of(simd, packed(&question.half));
         let mut found = 0;
         work.balls.clear();
@@ -247,40 +311,35 @@ impl Job for Looking<'_> {
         for at in (0..batch.parts.len()).rev() {
             let part = &batch.parts[at];
             let ball = carried(simd, frames, part.node, part.ball.centre);
+            let moving = Moving::of(simd, &work.placed, part.node);
+            work.balls.push(ball.lanes());
+            let mut room = room;
             let mut grown = Eight::all(simd, 0.0);
-            if let (true, Some(node)) = (sweeps, part.node) {
-                let [speed, turning] = speeds[node];
-                let (speed, turning) = (Three::of(simd, speed), Three::of(simd, turning));
-                let origin = Three::of(simd, frames[node][3]);
-                let speed = (speed + turning.cross(ball - origin)).norm()
-                    + turning.norm() * Eight::all(simd, part.spread);
+            if sweeps {
                 let bend = Eight::all(simd, 0.5 * question.bends[at] as f32);
-                grown = half * (speed + half * bend);
+                room = room + half * half * bend;
+                let turning = moving.turning.norm() * Eight::all(simd, part.spread);
+                grown = half * (moving.at(ball).norm() + turning);
             }
-            work.balls.push((ball.lanes(), grown.lanes));
-            if part.watched.is_empty() {
-                continue;
-            }
-            let more = room + grown;
-            let reach = more + Eight::all(simd, part.ball.radius);
-            work.near.clear();
-            for &(thing, left) in &part.watched {
-                if left > most {
-                    break;
-                }
-                if batch.things[thing as usize].beyond(simd, ball, reach).below_zero() != 0 {
-                    work.near.push(thing);
-                }
-            }
+            let reach = room + grown + Eight::all(simd, part.ball.radius);
+            batch.near(simd, part, ball, reach, &mut work.near);
             if work.near.is_empty() {
                 continue;
             }
             for sphere in &batch.spheres[part.spheres.clone()] {
                 let centre = carried(simd, frames, part.node, sphere.centre);
-                let reach = more + Eight::all(simd, sphere.radius);
+                let reach = room + Eight::all(simd, sphere.radius);
                 let mut gap = Eight::all(simd, f32::INFINITY);
-                for &thing in &work.near {
-                    gap = gap.min(batch.things[thing as usize].beyond(simd, centre, reach));
+                if sweeps {
+                    let speed = moving.at(centre);
+                    for &thing in &work.near {
+                        let thing = &batch.things[thing as usize];
+                        gap = gap.min(thing.beyond_swept(simd, (centre, speed), reach, half));
+                    }
+                } else {
+                    for &thing in &work.near {
+                        gap = gap.min(batch.things[thing as usize].beyond(simd, centre, reach));
+                    }
                 }
                 found |= gap.below_zero();
                 if found != 0 && !question.all {
@@ -288,28 +347,60 @@ impl Job for Looking<'_> {
                 }
             }
         }
+        found | Looking { batch, question, work }.pairs(simd, room, half)
+    }
+}
+
+impl Looking<'_> {
+    /// Returns a bit for each configuration in which parts that must not touch each other are too near.
+    #[inline(always)]
+    fn pairs<S: Wide>(&self, simd: S, room: Eight<S>, half: Eight<S>) -> u8 {
+        let Self { batch, question, work } = self;
+        let frames = &work.placed.frames;
+        let sweeps = !question.bends.is_empty();
+        let mut found = 0;
         let last = batch.parts.len().wrapping_sub(1);
-        for &(first, second) in &batch.pairs {
-            let (a, b) = (&batch.parts[first], &batch.parts[second]);
-            let ((middle, grown), (other, more)) =
-                (work.balls[last - first], work.balls[last - second]);
-            let more = room + Eight::of(simd, grown) + Eight::of(simd, more);
+        for (at, pair) in batch.pairs.iter().enumerate() {
+            let (a, b) = (&batch.parts[pair.first], &batch.parts[pair.second]);
+            let (middle, other) = (work.balls[last - pair.first], work.balls[last - pair.second]);
             let (middle, other) = (Three::of(simd, middle), Three::of(simd, other));
-            let reach = more + Eight::all(simd, a.ball.radius + b.ball.radius);
+            let mut room = room;
+            let mut grown = Eight::all(simd, 0.0);
+            if sweeps {
+                let bend = 0.5 * question.bends[batch.parts.len() + at] as f32;
+                room = room + half * half * Eight::all(simd, bend);
+                // What moves both moves neither towards the other.
+                let fixed = Moving::of(simd, &work.placed, pair.shared);
+                for (part, ball) in [(a, middle), (b, other)] {
+                    let own = Moving::of(simd, &work.placed, part.node);
+                    let speed = own.at(ball) - fixed.at(ball);
+                    let turning = (own.turning - fixed.turning).norm();
+                    grown = grown + half * (speed.norm() + turning * Eight::all(simd, part.spread));
+                }
+            }
+            let reach = room + grown + Eight::all(simd, a.ball.radius + b.ball.radius);
             if apart(middle, other, reach).below_zero() == 0 {
                 continue;
             }
+            let own = Moving::of(simd, &work.placed, a.node);
+            let others = Moving::of(simd, &work.placed, b.node);
             for sphere in &batch.spheres[a.spheres.clone()] {
                 let centre = carried(simd, frames, a.node, sphere.centre);
-                let reach = more + Eight::all(simd, sphere.radius);
-                let whole = reach + Eight::all(simd, b.ball.radius);
+                let reach = room + Eight::all(simd, sphere.radius);
+                let whole = reach + grown + Eight::all(simd, b.ball.radius);
                 if apart(centre, other, whole).below_zero() == 0 {
                     continue;
                 }
                 for sphere in &batch.spheres[b.spheres.clone()] {
                     let end = carried(simd, frames, b.node, sphere.centre);
                     let reach = reach + Eight::all(simd, sphere.radius);
-                    found |= apart(centre, end, reach).below_zero();
+                    let gap = if sweeps {
+                        let (between, speed) = (centre - end, own.at(centre) - others.at(end));
+                        beyond_swept(between.dot(between), between.dot(speed), reach, half)
+                    } else {
+                        apart(centre, end, reach)
+                    };
+                    found |= gap.below_zero();
                     if found != 0 && !question.all {
                         return found;
                     }
@@ -317,6 +408,36 @@ impl Job for Looking<'_> {
             }
         }
         found
+    }
+}
+
+/// How a frame moves, for the whole way: the speed of its origin, m, and that of its turning, rad.
+#[derive(Clone, Copy)]
+struct Moving<S: Wide> {
+    origin: Three<S>,
+    speed: Three<S>,
+    turning: Three<S>,
+}
+
+impl<S: Wide> Moving<S> {
+    /// Returns how a frame moves; without one, or where speeds are not known, it stands still.
+    #[inline(always)]
+    fn of(simd: S, placed: &Placed8, node: Option<usize>) -> Self {
+        let still = Three::all(simd, [0.0; 3]);
+        match node {
+            Some(node) if !placed.speeds.is_empty() => {
+                let [speed, turning] = placed.speeds[node];
+                let (speed, turning) = (Three::of(simd, speed), Three::of(simd, turning));
+                Self { origin: Three::of(simd, placed.frames[node][3]), speed, turning }
+            }
+            _ => Self { origin: still, speed: still, turning: still },
+        }
+    }
+
+    /// Returns the speed of a point that moves with the frame, m for the whole way.
+    #[inline(always)]
+    fn at(&self, point: Three<S>) -> Three<S> {
+        self.speed + self.turning.cross(point - self.origin)
     }
 }
 

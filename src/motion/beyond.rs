@@ -1,5 +1,5 @@
 //! How far eight points are from an obstacle: whether a squared distance exceeds that of a reach, without a branch and
-//! almost without a root.
+//! almost without a root; and whether it does all along a short way.
 //!
 //! Boxes, capsules and cylinders are themselves; radii are larger by far more than rounding to 24 bits makes.
 
@@ -107,6 +107,77 @@ impl Thing {
             }
         }
     }
+
+    /// Returns a number below zero for each point that may come nearer than `reach` on its way: up to the share `half` of it
+    /// before and after, at `speed`.
+    ///
+    /// The distance to what is convex is a convex function along a straight way, so no lower than its tangent: only what
+    /// leads towards the obstacle counts. With the vector `d` from the nearest point, `|d| - half |d·v| / |d|` must exceed
+    /// the reach, of which how far the way bends is a part.
+    #[inline(always)]
+    pub(super) fn beyond_swept<S: Wide>(
+        &self,
+        simd: S,
+        (point, speed): (Three<S>, Three<S>),
+        reach: Eight<S>,
+        half: Eight<S>,
+    ) -> Eight<S> {
+        let reach = reach + Eight::all(simd, self.radius);
+        let p = point - Three::all(simd, self.origin);
+        let axes = self.axes.map(|axis| Three::all(simd, axis));
+        let size = Three::all(simd, self.half);
+        let (squared, rate) = match self.kind {
+            Kind::Upright | Kind::Cuboid => {
+                let (x, y, z) = (p.dot(axes[0]), p.dot(axes[1]), p.dot(axes[2]));
+                let d = Three {
+                    x: past(simd, x, size.x),
+                    y: past(simd, y, size.y),
+                    z: past(simd, z, size.z),
+                };
+                let v =
+                    Three { x: speed.dot(axes[0]), y: speed.dot(axes[1]), z: speed.dot(axes[2]) };
+                (d.dot(d), d.dot(v))
+            }
+            Kind::Round => {
+                let t = p.dot(axes[2]);
+                let d = p - axes[2].scaled(t - past(simd, t, size.z));
+                (d.dot(d), d.dot(speed))
+            }
+            Kind::Cylinder => {
+                let t = p.dot(axes[2]);
+                let across = p - axes[2].scaled(t);
+                let from_axis = across.dot(across).sqrt().max(Eight::all(simd, f32::MIN_POSITIVE));
+                let aside = over(simd, from_axis, Eight::all(simd, self.across));
+                let above = past(simd, t, size.z);
+                let outward = across.dot(speed) * from_axis.reciprocal();
+                (aside * aside + above * above, aside * outward + above * speed.dot(axes[2]))
+            }
+        };
+        beyond_swept(squared, rate, reach, half)
+    }
+}
+
+/// Returns a number below zero where a distance may fall below `reach`: its square, half the rate of that, and for how long
+/// it may shrink at this rate.
+#[inline(always)]
+pub(super) fn beyond_swept<S: Wide>(
+    squared: Eight<S>,
+    rate: Eight<S>,
+    reach: Eight<S>,
+    half: Eight<S>,
+) -> Eight<S> {
+    let simd = squared.simd();
+    squared - half * rate.abs() - reach * squared.sqrt() - Eight::all(simd, WITHIN)
+}
+
+/// What is taken away so that a point within an obstacle is below zero, m²: far less than the square of any reach.
+const WITHIN: f32 = 1e-12;
+
+/// Returns how far a coordinate lies beyond the nearer end of an edge, with its sign; 0 within.
+#[inline(always)]
+fn past<S: Wide>(simd: S, x: Eight<S>, half: Eight<S>) -> Eight<S> {
+    let none = Eight::all(simd, 0.0);
+    (x - half).max(none) + (x + half).min(none)
 }
 
 /// Returns how far a coordinate lies beyond half an edge; 0 within.

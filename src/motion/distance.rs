@@ -65,6 +65,24 @@ impl Body {
         }
     }
 
+    /// Returns the lower and the upper corner of the box along the axes around the body, m.
+    pub(super) fn corners(&self) -> [Vector3<f64>; 2] {
+        let (middle, half) = match *self {
+            Self::Round { a, b, radius } => {
+                ((a + b) / 2.0, ((b - a) / 2.0).abs().add_scalar(radius))
+            }
+            Self::Cuboid { frame, half } => {
+                let reach = frame.x.abs() * half.x + frame.y.abs() * half.y;
+                (frame.origin, reach + frame.z.abs() * half.z)
+            }
+            Self::Cylinder { frame, radius, half } => {
+                let across = frame.z.map(|z| (1.0 - z * z).max(0.0).sqrt());
+                (frame.origin, frame.z.abs() * half + across * radius)
+            }
+        };
+        [middle - half, middle + half]
+    }
+
     /// Returns a number no larger than the distance to anything inside a ball; quick.
     pub(super) fn distance_to_ball(&self, centre: &Vector3<f64>, radius: f64) -> f64 {
         // A large box, as a table is, has a useless bounding ball.

@@ -24,8 +24,33 @@ pub(super) struct Joint {
     /// Of the shift, m.
     pub(super) length: f64,
     before: Option<[f32; 2]>,
-    tilt: [f32; 2],
+    tilt: Tilt,
     after: f64,
+}
+
+/// How far a joint's axis is tilted from that of the one before. Arms are made of right angles: these cost nothing.
+#[derive(Debug, Clone, Copy)]
+enum Tilt {
+    None,
+    /// By a quarter turn, with its sign.
+    Quarter(f32),
+    /// By an angle of this sine and cosine.
+    By([f32; 2]),
+}
+
+impl Tilt {
+    /// An angle as small as this, rad, is rounding.
+    const ROUNDING: f64 = 1e-12;
+
+    fn of((sin, cos): (f64, f64)) -> Self {
+        if cos > 0.0 && sin.abs() < Self::ROUNDING {
+            Self::None
+        } else if cos.abs() < Self::ROUNDING {
+            Self::Quarter(sin.signum() as f32)
+        } else {
+            Self::By([sin as f32, cos as f32])
+        }
+    }
 }
 
 /// Returns the driven joints.
@@ -40,7 +65,7 @@ pub(super) fn joints(frames: &Frames) -> Vec<Joint> {
         shift: short(&node.shift),
         length: node.shift.norm(),
         before: node.before.map(pair),
-        tilt: pair(node.tilt),
+        tilt: Tilt::of(node.tilt),
         after: node.after,
     };
     frames.nodes.iter().map(joint).collect()
@@ -100,8 +125,14 @@ pub(super) fn place<S: Wide>(
             Some([sin, cos]) => turned(x, y, Eight::all(simd, sin), Eight::all(simd, cos)),
             None => (x, y),
         };
-        let [s, c] = joint.tilt;
-        let (y, z) = turned(y, z, Eight::all(simd, s), Eight::all(simd, c));
+        let (y, z) = match joint.tilt {
+            Tilt::None => (y, z),
+            Tilt::Quarter(sign) => {
+                let sign = Eight::all(simd, sign);
+                (z.scaled(sign), Three::all(simd, [0.0; 3]) - y.scaled(sign))
+            }
+            Tilt::By([s, c]) => turned(y, z, Eight::all(simd, s), Eight::all(simd, c)),
+        };
         if joint.slides {
             let value = Eight::all(simd, first as f32) + along * Eight::all(simd, rate as f32);
             origin = origin + z.scaled(value);

@@ -125,8 +125,8 @@ impl Job for Nearest<'_> {
                     Eight::of(simd, f32x8(a, b, c, d, e, f, g, h)) - Eight::all(simd, *x as f32);
                 squared = squared + gap * gap;
             }
-            let least = squared.least();
-            if least < best.0 {
+            if (squared - Eight::all(simd, best.0)).below_zero() != 0 {
+                let least = squared.least();
                 let lane = (squared - Eight::all(simd, least.next_up())).below_zero();
                 best = (least, at * LANES + lane.trailing_zeros() as usize);
             }

@@ -119,6 +119,11 @@ impl<S: Wide> Eight<S> {
     }
 
     #[inline(always)]
+    pub(super) fn reciprocal(self) -> Self {
+        Self { lanes: self.simd.div_f32s(self.simd.splat_f32s(1.0), self.lanes), ..self }
+    }
+
+    #[inline(always)]
     pub(super) fn min(self, other: Self) -> Self {
         Self { lanes: self.simd.min_f32s(self.lanes, other.lanes), ..self }
     }
@@ -132,6 +137,12 @@ impl<S: Wide> Eight<S> {
     #[inline(always)]
     pub(super) fn least(self) -> f32 {
         self.simd.reduce_min_f32s(self.lanes)
+    }
+
+    /// Returns the largest of the eight.
+    #[inline(always)]
+    pub(super) fn most(self) -> f32 {
+        self.simd.reduce_max_f32s(self.lanes)
     }
 
     /// Returns a bit for each that is below zero.

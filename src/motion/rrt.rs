@@ -1,6 +1,6 @@
 //! A collision-free joint path from a configuration to one of several goals.
 //!
-//! The path is searched for by `connect` and made shorter by `simplify`, both with quick looks at motions
+//! The path is searched for by `connect`, shorter ones after it as long as they cost little, and made shorter by `simplify`, both with quick looks at motions
 //! (`motions`); then every edge is certified (see [`CollisionWorld::certify`]), and one that is not is searched
 //! again by itself with motions that are.
 //! It is a list of corners without time; [`super::trajectory`] rounds and times it. All chance comes from
@@ -17,10 +17,14 @@ use super::ik::{Solver, wrap};
 use super::motions::Motions;
 use super::polyline::{l2, length};
 use super::robot::{Motion, Robot};
-use super::simplify::simplified;
+use super::simplify::{passed_by, simplified};
 
 /// Distance that is kept beyond the margin where the ends of a path allow it, m. Chosen.
 const ROOM: f64 = 0.003;
+/// A path that is no longer than so many times the straight way is not searched a shorter one for. Chosen.
+const SHORT: f64 = 1.2;
+/// Configurations that may be looked at for other ways than the first, in all: about 30 µs. Chosen.
+const CHECKS_FOR_OTHERS: usize = 800;
 /// Samples for the search between the ends of one edge that is not certain.
 const SAMPLES_TO_MEND: usize = 500;
 
@@ -37,11 +41,20 @@ pub struct Settings {
     pub resolution: f64,
     /// How many shortcuts are tried.
     pub shortcuts: usize,
+    /// How many other ways are searched after the first, each no longer than the best so far, where that costs little.
+    pub others: usize,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { seed: 0, max_samples: 20_000, range: 0.5, resolution: 0.15, shortcuts: 10 }
+        Self {
+            seed: 0,
+            max_samples: 20_000,
+            range: 0.7,
+            resolution: 0.15,
+            shortcuts: 10,
+            others: 2,
+        }
     }
 }
 
@@ -150,10 +163,42 @@ fn searched<'s>(
     (start, goals): (&[f64], &[(usize, Vec<f64>)]),
     samples: &mut usize,
 ) -> Result<(usize, Vec<Vec<f64>>, f64), Error> {
-    let Settings { seed, max_samples, range, shortcuts, .. } = *settings;
-    let (corners, goal) =
-        Search { solver, motions, range, max_samples, seed, samples }.run(start, goals)?;
+    let Settings { seed, max_samples, range, shortcuts, others, .. } = *settings;
+    let mut search = Search {
+        solver,
+        motions,
+        range,
+        max_samples,
+        max_checks: usize::MAX,
+        within: f64::INFINITY,
+        seed,
+        samples,
+    };
+    let (mut corners, mut goal) = search.run(start, goals)?;
     let raw_length = length(&corners);
+    if others > 0 && corners.len() > 2 {
+        passed_by(search.motions, &mut corners)?;
+    }
+    search.within = length(&corners);
+    let end = search.motions.checks.saturating_add(CHECKS_FOR_OTHERS);
+    for other in 1..=others as u64 {
+        search.max_checks = end.saturating_sub(search.motions.checks);
+        if search.within <= SHORT * l2(start, &goals[0].1) || search.max_checks == 0 {
+            break;
+        }
+        search.seed = seed ^ (other << 32);
+        match search.run(start, goals) {
+            Ok((mut way, to)) => {
+                passed_by(search.motions, &mut way)?;
+                if length(&way) < search.within {
+                    search.within = length(&way);
+                    (corners, goal) = (way, to);
+                }
+            }
+            Err(Error::NoPath { .. }) => {}
+            Err(other) => return Err(other),
+        }
+    }
     Ok((goal, simplified(motions, corners, shortcuts, seed)?, raw_length))
 }
 
@@ -175,7 +220,7 @@ fn mended<'s>(
             path.push(corner);
             continue;
         }
-        let local = Settings { max_samples: SAMPLES_TO_MEND, ..*settings };
+        let local = Settings { max_samples: SAMPLES_TO_MEND, others: 0, ..*settings };
         motions.is_certain = true;
         let way = searched(solver, motions, &local, (from, &[(0, corner)]), samples);
         motions.is_certain = false;

@@ -60,7 +60,10 @@ pub(super) fn simplified(
 }
 
 /// Leaves out corners: from each the farthest that can be seen comes next. Returns whether any went.
-fn passed_by(motions: &mut Motions<'_>, corners: &mut Vec<Vec<f64>>) -> Result<bool, Error> {
+pub(super) fn passed_by(
+    motions: &mut Motions<'_>,
+    corners: &mut Vec<Vec<f64>>,
+) -> Result<bool, Error> {
     let before = corners.len();
     let mut at = 0;
     while at + 2 < corners.len() {
