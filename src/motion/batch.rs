@@ -12,64 +12,63 @@
 //!
 //! Source: Thomason, Kingston and Kavraki, "Motions in microseconds via vectorized sampling-based planning", ICRA 2024.
 
-#![expect(clippy::inline_always, reason = "what is not inlined into the look misses the registers")]
-
 use std::cell::Cell;
 use std::ops::Range;
 
 use nalgebra::Vector3;
 use pulp::f32x8;
 
-use super::beyond::{SLACK, Thing, beyond_swept};
+use super::beyond::{SLACK, Thing};
 use super::distance::Body;
 use super::frames::{Frame, Frames};
-use super::frames8::{Joint, Placed8, carried, joints, place};
-use super::lanes::{Eight, Job, LANES, Three, Vectors, Wide, packed, run, short};
+use super::frames8::{Joint, joints};
+use super::lanes::{LANES, run, short};
+use super::looking::{Looking, Work};
 use super::spheres::{Sphere, cover};
 
 #[derive(Debug, Clone, Copy)]
-struct Ball {
-    centre: [f32; 3],
-    radius: f32,
+pub(super) struct Ball {
+    pub(super) centre: [f32; 3],
+    pub(super) radius: f32,
 }
 
 #[derive(Debug, Clone)]
-struct Part {
+pub(super) struct Part {
     /// The frame it is fixed to; `None` for the base.
-    node: Option<usize>,
+    pub(super) node: Option<usize>,
     /// Around all its spheres.
-    ball: Ball,
+    pub(super) ball: Ball,
     /// How far the spheres' centres are from the ball's, m.
-    spread: f32,
+    pub(super) spread: f32,
     /// How far they are from the frame's axis and from its origin at most, m.
     arm: [f64; 2],
-    spheres: Range<usize>,
+    pub(super) spheres: Range<usize>,
     /// Obstacles that it must not touch: a bit for each of eight ([`Batch::boxes`]).
-    masks: Vec<u8>,
+    pub(super) masks: Vec<u8>,
 }
 
 /// Two parts that must not touch each other.
 #[derive(Debug, Clone, Copy)]
-struct Pair {
-    first: usize,
-    second: usize,
+pub(super) struct Pair {
+    pub(super) first: usize,
+    pub(super) second: usize,
     /// The last frame that moves both; `None` for the base.
-    shared: Option<usize>,
+    pub(super) shared: Option<usize>,
 }
 
 /// A robot and what is around it, ready for eight configurations at once.
 #[derive(Debug, Clone)]
 pub(super) struct Batch {
-    joints: Vec<Joint>,
-    parts: Vec<Part>,
-    spheres: Vec<Ball>,
-    pairs: Vec<Pair>,
-    things: Vec<Thing>,
+    pub(super) joints: Vec<Joint>,
+    pub(super) parts: Vec<Part>,
+    pub(super) spheres: Vec<Ball>,
+    pub(super) pairs: Vec<Pair>,
+    pub(super) things: Vec<Thing>,
     /// Boxes along the axes around eight obstacles each: their lower ends, then their upper ones, by axis.
-    boxes: Vec<[f32x8; 6]>,
+    pub(super) boxes: Vec<[f32x8; 6]>,
     /// Whether the spheres are all of the robot: then what is flagged does touch.
     is_exact: bool,
-    slack: f32,
+    pub(super) slack: f32,
 }
 
 /// What is asked of eight configurations.
@@ -88,15 +87,6 @@ pub(super) struct Question<'a> {
     pub(super) bends: &'a [f64],
     /// Whether all eight must be told; otherwise the first that are flagged end it.
     pub(super) all: bool,
-}
-
-/// Memory of the last look, used again.
-#[derive(Debug, Default)]
-struct Work {
-    placed: Placed8,
-    /// Of each part, the last first: the middle of its ball.
-    balls: Vec<Vectors>,
-    near: Vec<u32>,
 }
 
 thread_local! {
@@ -223,38 +213,6 @@ impl Batch {
         std::iter::successors(second, above).find(|node| chain.contains(node))
     }
 
-    /// Finds the obstacles that a part's ball, so much larger, is near in any of eight configurations.
-    #[inline(always)]
-    fn near<S: Wide>(
-        &self,
-        simd: S,
-        part: &Part,
-        ball: Three<S>,
-        reach: Eight<S>,
-        near: &mut Vec<u32>,
-    ) {
-        near.clear();
-        let most = reach.most();
-        let axes = [ball.x, ball.y, ball.z];
-        let low = axes.map(|x| Eight::all(simd, x.least() - most));
-        let high = axes.map(|x| Eight::all(simd, x.most() + most));
-        for (eight, (ends, mask)) in self.boxes.iter().zip(&part.masks).enumerate() {
-            let mut overlap = Eight::all(simd, f32::INFINITY);
-            for axis in 0..3 {
-                overlap = overlap.min(high[axis] - Eight::of(simd, ends[axis]));
-                overlap = overlap.min(Eight::of(simd, ends[3 + axis]) - low[axis]);
-            }
-            let mut left = mask & !overlap.below_zero();
-            while left != 0 {
-                let place = eight * LANES + left.trailing_zeros() as usize;
-                left &= left - 1;
-                if self.things[place].beyond(simd, ball, reach).below_zero() != 0 {
-                    near.push(place as u32);
-                }
-            }
-        }
-    }
-
     /// Returns what a look costs, in units of [`super::Budget`]: some ten spheres are one pair of solids.
     pub(super) fn cost(&self) -> u64 {
         let masks = self.parts.iter().flat_map(|part| &part.masks);
@@ -285,167 +243,6 @@ fn around(bodies: &[&Body], slack: f32) -> [f32x8; 6] {
 
 fn ball(centre: &Vector3<f64>, radius: f64) -> Ball {
     Ball { centre: short(centre), radius: radius as f32 }
-}
-
-struct Looking<'a> {
-    batch: &'a Batch,
-    question: &'a Question<'a>,
-    work: &'a mut Work,
-}
-
-impl Job for Looking<'_> {
-    type Found = u8;
-
-    #[inline(always)]
-    fn with<S: Wide>(self, simd: S) -> u8 {
-        let Self { batch, question, work } = self;
-        let sweeps = !question.bends.is_empty();
-        let ends = (question.from, question.to);
-        place(simd, &batch.joints, ends, &question.at, sweeps, &mut work.placed);
-        let frames = &work.placed.frames;
-        let room = Eight::all(simd, question.room as f32 + batch.slack);
-        let half = Eight::of(simd, packed(&question.half));
-        let mut found = 0;
-        work.balls.clear();
-        // From the hand backwards: what is far out collides first.
-        for at in (0..batch.parts.len()).rev() {
-            let part = &batch.parts[at];
-            let ball = carried(simd, frames, part.node, part.ball.centre);
-            let moving = Moving::of(simd, &work.placed, part.node);
-            work.balls.push(ball.lanes());
-            let mut room = room;
-            let mut grown = Eight::all(simd, 0.0);
-            if sweeps {
-                let bend = Eight::all(simd, 0.5 * question.bends[at] as f32);
-                room = room + half * half * bend;
-                let turning = moving.turning.norm() * Eight::all(simd, part.spread);
-                grown = half * (moving.at(ball).norm() + turning);
-            }
-            let reach = room + grown + Eight::all(simd, part.ball.radius);
-            batch.near(simd, part, ball, reach, &mut work.near);
-            if work.near.is_empty() {
-                continue;
-            }
-            for sphere in &batch.spheres[part.spheres.clone()] {
-                let centre = carried(simd, frames, part.node, sphere.centre);
-                let reach = room + Eight::all(simd, sphere.radius);
-                let mut gap = Eight::all(simd, f32::INFINITY);
-                if sweeps {
-                    let speed = moving.at(centre);
-                    for &thing in &work.near {
-                        let thing = &batch.things[thing as usize];
-                        gap = gap.min(thing.beyond_swept(simd, (centre, speed), reach, half));
-                    }
-                } else {
-                    for &thing in &work.near {
-                        gap = gap.min(batch.things[thing as usize].beyond(simd, centre, reach));
-                    }
-                }
-                found |= gap.below_zero();
-                if found != 0 && !question.all {
-                    return found;
-                }
-            }
-        }
-        found | Looking { batch, question, work }.pairs(simd, room, half)
-    }
-}
-
-impl Looking<'_> {
-    /// Returns a bit for each configuration in which parts that must not touch each other are too near.
-    #[inline(always)]
-    fn pairs<S: Wide>(&self, simd: S, room: Eight<S>, half: Eight<S>) -> u8 {
-        let Self { batch, question, work } = self;
-        let frames = &work.placed.frames;
-        let sweeps = !question.bends.is_empty();
-        let mut found = 0;
-        let last = batch.parts.len().wrapping_sub(1);
-        for (at, pair) in batch.pairs.iter().enumerate() {
-            let (a, b) = (&batch.parts[pair.first], &batch.parts[pair.second]);
-            let (middle, other) = (work.balls[last - pair.first], work.balls[last - pair.second]);
-            let (middle, other) = (Three::of(simd, middle), Three::of(simd, other));
-            let mut room = room;
-            let mut grown = Eight::all(simd, 0.0);
-            if sweeps {
-                let bend = 0.5 * question.bends[batch.parts.len() + at] as f32;
-                room = room + half * half * Eight::all(simd, bend);
-                // What moves both moves neither towards the other.
-                let fixed = Moving::of(simd, &work.placed, pair.shared);
-                for (part, ball) in [(a, middle), (b, other)] {
-                    let own = Moving::of(simd, &work.placed, part.node);
-                    let speed = own.at(ball) - fixed.at(ball);
-                    let turning = (own.turning - fixed.turning).norm();
-                    grown = grown + half * (speed.norm() + turning * Eight::all(simd, part.spread));
-                }
-            }
-            let reach = room + grown + Eight::all(simd, a.ball.radius + b.ball.radius);
-            if apart(middle, other, reach).below_zero() == 0 {
-                continue;
-            }
-            let own = Moving::of(simd, &work.placed, a.node);
-            let others = Moving::of(simd, &work.placed, b.node);
-            for sphere in &batch.spheres[a.spheres.clone()] {
-                let centre = carried(simd, frames, a.node, sphere.centre);
-                let reach = room + Eight::all(simd, sphere.radius);
-                let whole = reach + grown + Eight::all(simd, b.ball.radius);
-                if apart(centre, other, whole).below_zero() == 0 {
-                    continue;
-                }
-                for sphere in &batch.spheres[b.spheres.clone()] {
-                    let end = carried(simd, frames, b.node, sphere.centre);
-                    let reach = reach + Eight::all(simd, sphere.radius);
-                    let gap = if sweeps {
-                        let (between, speed) = (centre - end, own.at(centre) - others.at(end));
-                        beyond_swept(between.dot(between), between.dot(speed), reach, half)
-                    } else {
-                        apart(centre, end, reach)
-                    };
-                    found |= gap.below_zero();
-                    if found != 0 && !question.all {
-                        return found;
-                    }
-                }
-            }
-        }
-        found
-    }
-}
-
-/// How a frame moves, for the whole way: the speed of its origin, m, and that of its turning, rad.
-#[derive(Clone, Copy)]
-struct Moving<S: Wide> {
-    origin: Three<S>,
-    speed: Three<S>,
-    turning: Three<S>,
-}
-
-impl<S: Wide> Moving<S> {
-    /// Returns how a frame moves; without one, or where speeds are not known, it stands still.
-    #[inline(always)]
-    fn of(simd: S, placed: &Placed8, node: Option<usize>) -> Self {
-        let still = Three::all(simd, [0.0; 3]);
-        match node {
-            Some(node) if !placed.speeds.is_empty() => {
-                let [speed, turning] = placed.speeds[node];
-                let (speed, turning) = (Three::of(simd, speed), Three::of(simd, turning));
-                Self { origin: Three::of(simd, placed.frames[node][3]), speed, turning }
-            }
-            _ => Self { origin: still, speed: still, turning: still },
-        }
-    }
-
-    /// Returns the speed of a point that moves with the frame, m for the whole way.
-    #[inline(always)]
-    fn at(&self, point: Three<S>) -> Three<S> {
-        self.speed + self.turning.cross(point - self.origin)
-    }
-}
-
-/// Returns by how much the squared distance of two points exceeds that of `reach`.
-#[inline(always)]
-fn apart<S: Wide>(a: Three<S>, b: Three<S>, reach: Eight<S>) -> Eight<S> {
-    let between = a - b;
-    between.dot(between) - reach * reach
 }
 
 #[cfg(test)]

@@ -30,6 +30,7 @@ pub mod solid;
 pub mod inertial;
 mod sin_cos;
 mod lanes;
+mod looking;
 mod spheres;
 mod frames;
 pub mod robot;
