@@ -10,6 +10,7 @@ use trueup::world::{
     Camera, Intrinsics, Material, Object, Pixel, Point, Pose, Profile, Scene, Shape, Table,
 };
 
+use crate::forms;
 use crate::photos::{Clear, Ground};
 use crate::trace::{Body, Paint, Thing, draw};
 use crate::visp;
@@ -359,21 +360,43 @@ fn three(object: &Object, places: &[[f64; 2]; 3]) -> Vec<(Object, Vec<[f64; 2]>)
     (1..=3).map(|k| (named(k), places.to_vec())).collect()
 }
 
+/// How the things in the photographs of clear things are declared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Forms {
+    /// As they are: bottles with necks, flowers, a tumbler that opens upwards.
+    Own,
+    /// As boxes and cylinders of about their sizes, which none of them is.
+    Boxes,
+}
+
 /// The photographs as they are, once with what is there and once with what is not.
-pub(crate) fn clear(folder: &Path, scene_name: &'static str, twin: &str) -> Vec<Case> {
+pub(crate) fn clear(
+    folder: &Path,
+    scene_name: &'static str,
+    twin: &str,
+    declared: Forms,
+) -> Vec<Case> {
     let Some(photo) = Clear::read(folder, scene_name) else { return Vec::new() };
     let Some(image) = photo.image(folder, twin) else { return Vec::new() };
     let material = if twin == "opaque" { Material::Opaque } else { Material::Transparent };
     let colour = if twin == "opaque" { [130, 125, 120] } else { [220, 230, 230] };
-    let bottle = || object("bottle", cuboid(BOTTLE[0], BOTTLE[1], BOTTLE[2]), colour, material);
-    let tumbler = || object("tumbler", cuboid(0.055, 0.055, 0.106), colour, material);
-    let mug = || object("mug", cylinder(0.040, 0.128), [70, 110, 110], Material::Opaque);
-    // Flowers of five petals, which no solid here is; as wide and high as they are.
-    let flower = || object("flower", cuboid(0.075, 0.035, 0.080), colour, material);
+    let [bottle, tumbler, mug, flower] = match declared {
+        Forms::Own => [forms::bottle(), forms::tumbler(), forms::mug(), forms::flower()],
+        Forms::Boxes => [
+            cuboid(BOTTLE[0], BOTTLE[1], BOTTLE[2]),
+            cuboid(0.055, 0.055, 0.106),
+            cylinder(0.040, 0.128),
+            cuboid(0.075, 0.035, 0.080),
+        ],
+    };
+    let bottle = || object("bottle", bottle.clone(), colour, material);
+    let tumbler = || object("tumbler", tumbler.clone(), colour, material);
+    let mug = || object("mug", mug.clone(), [70, 110, 110], Material::Opaque);
+    let flower = || object("flower", flower.clone(), colour, material);
     let mut there: Vec<(Object, Vec<[f64; 2]>)> = match scene_name {
-        "080" => three(&bottle(), &BOTTLES),
-        "123" => three(&flower(), &[[0.184, 0.061], [0.331, 0.106], [-0.027, -0.105]]),
-        "130" => vec![(mug(), vec![[-0.095, -0.083]]), (tumbler(), vec![[0.119, 0.198]])],
+        "080" => three(&bottle(), &forms::BOTTLES),
+        "123" => three(&flower(), &forms::FLOWERS),
+        "130" => vec![(mug(), vec![forms::MUG]), (tumbler(), vec![forms::TUMBLER])],
         _ => Vec::new(),
     };
     let twins = match scene_name {

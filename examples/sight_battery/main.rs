@@ -16,7 +16,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cases::Case;
+use cases::{Case, Forms};
 use trueup::alignment::vision::{Options, Sighting, annotate, see};
 use trueup::world::Material;
 
@@ -24,6 +24,7 @@ use trueup::world::Material;
 mod absent;
 mod cases;
 mod cuts;
+mod forms;
 mod photos;
 mod score;
 mod trace;
@@ -65,7 +66,9 @@ fn main() {
         "developed" => developed(folder.as_deref(), &mut run),
         "held" => held(folder.as_deref(), desk.as_deref(), &mut run),
         "fresh" => fresh(folder.as_deref(), desk.as_deref(), &mut run),
-        _ => real(folder.as_deref(), desk.as_deref(), &mut run),
+        "boxes" => real(folder.as_deref(), None, Forms::Boxes, &mut run),
+        "clear" => real(folder.as_deref(), None, Forms::Own, &mut run),
+        _ => real(folder.as_deref(), desk.as_deref(), Forms::Own, &mut run),
     }
     tally.print();
     if let Some(rows) = after("--rows") {
@@ -78,13 +81,16 @@ fn main() {
 }
 
 /// The photographs as they are.
-fn real(folder: Option<&Path>, desk: Option<&Path>, run: &mut dyn FnMut(Case)) {
+fn real(folder: Option<&Path>, desk: Option<&Path>, declared: Forms, run: &mut dyn FnMut(Case)) {
     for frame in (0..=200).step_by(20) {
         desk.into_iter().flat_map(|d| cases::desk(d, frame)).for_each(&mut *run);
     }
     for scene in photos::CLEAR {
         for twin in ["opaque", "transparent"] {
-            folder.into_iter().flat_map(|f| cases::clear(f, scene, twin)).for_each(&mut *run);
+            folder
+                .into_iter()
+                .flat_map(|f| cases::clear(f, scene, twin, declared))
+                .for_each(&mut *run);
         }
     }
 }
