@@ -5,7 +5,7 @@
 //! a cut made by hand. The depth maps put the same things 0 to 9 mm nearer to the camera. No edge that the program looks for
 //! has a part in them.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 use nalgebra::Vector3;

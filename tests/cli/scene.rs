@@ -34,7 +34,7 @@ fn photograph(scratch: &Scratch, table: &str, seed: &str) -> String {
     let folder = scratch.trueup(&args).json()["run_dir"].as_str().unwrap().to_owned();
     let frames = fs::read_dir(scratch.path(&folder).join("frames")).unwrap();
     let mut frames: Vec<_> = frames.map(|frame| frame.unwrap().path()).collect();
-    frames.retain(|path| path.to_string_lossy().ends_with("after-real.jpg"));
+    frames.retain(|path| path.to_string_lossy().ends_with("after-real.png"));
     frames.pop().unwrap().to_str().unwrap().to_owned()
 }
 

@@ -42,7 +42,8 @@ pub fn see_standing(
     if is_changed { see(image, camera, scene, options) } else { Ok(seen) }
 }
 
-/// Returns how high what is below the place of a sighting bears a thing, m.
+/// Returns how high what is below the place of a sighting bears a thing, m. What stands higher than where it was seen stands on
+/// it, if anything, and bears it nowhere.
 fn floor(
     scene: &Scene,
     states: &[ObjectState],
@@ -50,8 +51,12 @@ fn floor(
     sighting: &Sighting,
 ) -> Option<f64> {
     let at = sighting.world_from_object?.origin();
+    let is_lower = |state: &&ObjectState| {
+        state.world_from_object.is_some_and(|pose| pose.origin().z <= at.z + SAME_FLOOR)
+    };
+    let lower: Vec<ObjectState> = states.iter().filter(is_lower).cloned().collect();
     let above = Pose::upright(at.x, at.y, FAR_ABOVE, 0.0);
-    Some(support::below(scene, states, object, &above).height)
+    Some(support::below(scene, &lower, object, &above).height)
 }
 
 /// What is known of a thing: by the sighting if it was found, else as before.

@@ -227,15 +227,14 @@ impl Planner {
             for k in pair {
                 // Headings that a hand does not tell apart are asked about once.
                 let key = (*k, (heading / ALIKE).round() as i32);
-                let is_reached = match hands.get(&key) {
-                    Some(is_reached) => *is_reached,
-                    None => {
-                        let at = roadmap.point(*k);
-                        let at = Pose::upright(at.x, at.y, pose.origin().z, pose.yaw());
-                        let is_reached = self.is_reached(object, &at, heading)?;
-                        hands.insert(key, is_reached);
-                        is_reached
-                    }
+                let is_reached = if let Some(is_reached) = hands.get(&key) {
+                    *is_reached
+                } else {
+                    let at = roadmap.point(*k);
+                    let at = Pose::upright(at.x, at.y, pose.origin().z, pose.yaw());
+                    let is_reached = self.is_reached(object, &at, heading)?;
+                    hands.insert(key, is_reached);
+                    is_reached
                 };
                 if !is_reached {
                     return Ok(Some((pair[0], pair[1])));

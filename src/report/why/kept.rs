@@ -18,6 +18,7 @@ pub(super) fn without_failure(run: &Run) -> String {
         (None, Ending::Stopped) => {
             return format!("{} was stopped after {steps} whole steps", run.task);
         }
+        (None, _) if steps == 1 => format!("{} did what it promised in its one step", run.task),
         (None, _) => format!("{} did what it promised in all {steps} steps", run.task),
     };
     let again = run.steps.iter().filter(|step| step.outcome != Outcome::Success);
@@ -41,11 +42,12 @@ pub(super) fn without_failure(run: &Run) -> String {
     for (unit, step, row) in narrowest(run) {
         let _ = write!(
             text,
-            "\n  smallest margin in {unit}: {} after step {} {}: {}",
+            "\n  closest to its limit{}: {}, by {}, after step {} {}",
+            of_unit(&unit),
             row.name,
+            row.margin.as_ref().map(people).unwrap_or_default().trim_start_matches('+'),
             step.number,
             step.action,
-            row.margin.as_ref().map(people).unwrap_or_default()
         );
     }
     text
@@ -61,6 +63,17 @@ fn nearly_lost(run: &Run) -> Option<(&StepRecord, String)> {
     });
     let (_, step, row) = kept.min_by(|a, b| a.0.total_cmp(&b.0))?;
     during(row).map(|line| (step, line))
+}
+
+/// Which margins are compared with each other, in words.
+fn of_unit(unit: &str) -> &'static str {
+    match unit {
+        "m" => ", of lengths",
+        "rad" => ", of angles",
+        "m^3" => ", of volumes",
+        "m/s" => ", of speeds",
+        _ => "",
+    }
 }
 
 /// Returns a margin as a share of what counts as a lot in its unit.

@@ -129,7 +129,7 @@ mod tests {
                 assert!((slow - quick).norm() < 2e-8, "{u} {v}: {}", (slow - quick).norm());
             }
             if lens.is_radial() {
-                let [x, y] = lens.four(1276, 3).map(|four| four.to_array());
+                let [x, y] = lens.four(1276, 3).map(f32x4::to_array);
                 for k in 0..4 {
                     let slow = camera.ray(Pixel::new(1276.0 + k as f64, 3.0)).direction;
                     let ray = Vector3::new(f64::from(x[k]), f64::from(y[k]), 1.0);

@@ -256,9 +256,7 @@ fn table_row(
         band.glass[here.clone()].fill(NOTHING);
         band.keys[here.clone()].fill(key);
         if !candidates.marks.is_empty() {
-            let places = four.places();
-            for k in 0..here.len() {
-                let (x, y) = places[k];
+            for (k, (x, y)) in four.places().into_iter().enumerate().take(here.len()) {
                 let marks = Some(candidates.marks);
                 if eye.stage.mark_at(f64::from(x), f64::from(y), marks).is_some() {
                     slowly(band, k);

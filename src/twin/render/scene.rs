@@ -256,13 +256,11 @@ impl Thing {
         if let Kind::Solid(solid) = &self.kind
             && self.centre.z - self.radius > from.z
             && let Some(row) = cast::Row::new(lo, stride, ld)
-            && let Some(stretch) = row.through(solid)
+            && let Some((low, high)) = row.through(solid)
         {
-            if let Some((low, high)) = stretch {
-                let low = (low.ceil().max(0.0) as usize).max(cells.start);
-                let high = (high.floor() + 1.0).max(0.0) as usize;
-                (low..high.min(cells.end)).for_each(told);
-            }
+            let low = (low.ceil().max(0.0) as usize).max(cells.start);
+            let high = (high.floor() + 1.0).max(0.0) as usize;
+            (low..high.min(cells.end)).for_each(told);
             return;
         }
         for k in cells {
