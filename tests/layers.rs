@@ -37,7 +37,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("kortex", &["motion", "arm"]),
     // The client of somebody else's reality.
     ("bridge", &["alignment", "arm"]),
-    ("trace", &["units", "film", "language", "world", "fluent", "arm"]),
+    ("trace", &["units", "language", "world", "fluent", "arm"]),
     // Regression 3 is fitted here, where pictures and the arm's model meet.
     (
         "execution",

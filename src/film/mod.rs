@@ -3,8 +3,7 @@
 //! The encoder is for what runs show: a camera that stands still, of which most of the picture is as it was. A picture
 //! is coded whole (`intra`) every few seconds, so that players can jump there; in between only macroblocks that changed
 //! are, as a difference to the same place of the picture before. There is no search for motion, no second reference, no
-//! arithmetic coding and no deblocking. `container` puts the coded pictures into a file. Pictures that stand
-//! alone become JPEG files ([`jpeg()`]). Nothing here knows a run.
+//! arithmetic coding and no deblocking. `container` puts the coded pictures into a file. Nothing here knows a run.
 //!
 //! Sources: ITU-T H.264 (08/2021); ISO/IEC 14496-12 and 14496-15 for the file; Richardson, *The H.264 Advanced Video
 //! Compression Standard*, 2010, §7.2 for transform and quantiser.
@@ -14,8 +13,6 @@ mod cavlc;
 mod codes;
 mod container;
 mod encoder;
-mod huffman;
-mod jpeg;
 pub mod letters;
 mod planes;
 mod transform;
@@ -23,7 +20,6 @@ mod transform;
 use image::RgbImage;
 
 use encoder::Encoder;
-pub use jpeg::jpeg;
 
 /// A film being made.
 pub struct Film {

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use image::RgbImage;
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use serde::{Deserialize, Serialize};
 
 use crate::arm::Feedback;
-use crate::film;
 
 use super::step::StepRecord;
 
@@ -131,12 +131,26 @@ pub struct Tryout {
 
 /// Returns a picture as a JPEG file; nothing when it cannot be one.
 pub fn jpeg(image: &RgbImage) -> Vec<u8> {
-    film::jpeg(image, QUALITY)
+    coded(image, QUALITY)
 }
 
 /// As [`jpeg`], of a small picture of a film.
 pub fn small_jpeg(image: &RgbImage) -> Vec<u8> {
-    film::jpeg(image, FILM_QUALITY)
+    coded(image, FILM_QUALITY)
+}
+
+/// Codes a picture with colour at half the width and height, and codes made for this picture.
+fn coded(image: &RgbImage, quality: u8) -> Vec<u8> {
+    let mut file = Vec::new();
+    let size = (u16::try_from(image.width()), u16::try_from(image.height()));
+    let (Ok(width), Ok(height)) = size else { return file };
+    let mut encoder = Encoder::new(&mut file, quality);
+    encoder.set_sampling_factor(SamplingFactor::F_2_2);
+    encoder.set_optimized_huffman_tables(true);
+    if encoder.encode(image.as_raw(), width, height, ColorType::Rgb).is_err() {
+        file.clear();
+    }
+    file
 }
 
 /// Someone who watches a run.
