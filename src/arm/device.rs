@@ -137,13 +137,8 @@ pub trait Camera: Send {
     /// Takes a photograph.
     fn photo(&mut self) -> Result<RgbImage, DeviceError>;
 
-    /// Takes a photograph of this instant that may be had later, while the arm goes on.
-    fn shoot(&mut self) -> Result<Shot, DeviceError> {
-        let image = self.photo()?;
-        Ok(Box::new(move || image))
-    }
-
-    /// Takes a photograph of this instant of which parts may be had later: who knows where to look need not see all of it.
+    /// Takes a photograph of this instant that may be had later, while the arm goes on, or in parts: who knows where to look need
+    /// not see all of it.
     fn plate(&mut self) -> Result<Plate, DeviceError> {
         let image = self.photo()?;
         Ok(Box::new(move |window| match window {

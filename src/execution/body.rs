@@ -93,7 +93,7 @@ pub trait Body: Send {
 
     /// Takes a photograph, where there is a camera.
     fn photo(&mut self) -> Result<Option<Shot>, DeviceError> {
-        Ok(None)
+        Ok(self.plate()?.map(|plate| Box::new(move || plate(None)) as Shot))
     }
 
     /// Takes a photograph of which parts may be had, where there is a camera.

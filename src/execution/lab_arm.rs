@@ -11,7 +11,7 @@ use crate::lab::Lab;
 
 use super::wording;
 use crate::arm::ticked::{Plant, Ticked};
-use crate::arm::{Camera, DeviceError, Feedback, Film, Plate, Scales, Shot, SmallShot, Weighing};
+use crate::arm::{Camera, DeviceError, Feedback, Film, Plate, Scales, SmallShot, Weighing};
 
 /// The lab, shared by its arm, its camera and its scales.
 pub type SharedLab = Arc<Mutex<Lab>>;
@@ -79,16 +79,11 @@ impl Plant for LabPlant {
 
 impl Camera for LabCamera {
     fn photo(&mut self) -> Result<RgbImage, DeviceError> {
-        Ok(self.shoot()?())
-    }
-
-    fn shoot(&mut self) -> Result<Shot, DeviceError> {
-        // The laboratory is held for as long as the shutter is open, not while the picture is drawn.
-        let negative = lock(&self.0).shutter();
-        Ok(Box::new(move || negative.develop(None)))
+        Ok(self.plate()?(None))
     }
 
     fn plate(&mut self) -> Result<Plate, DeviceError> {
+        // The laboratory is held for as long as the shutter is open, not while the picture is drawn.
         let negative = lock(&self.0).shutter();
         Ok(Box::new(move |window| negative.develop(window)))
     }

@@ -21,7 +21,7 @@ use super::cell::Cell;
 use super::confirm::Confirmation;
 use super::wording;
 use crate::arm::patience::Patient;
-use crate::arm::{Arm, Camera, DeviceError, Feedback, Film, Grip, Plate, Shot};
+use crate::arm::{Arm, Camera, DeviceError, Feedback, Film, Grip, Plate};
 use crate::trace::Event;
 
 /// An arm and a camera as a body in a context.
@@ -154,7 +154,7 @@ impl Body for RealBody {
     }
 
     fn look_begin(&mut self) -> Result<(), DeviceError> {
-        let shot = self.camera.shoot()?;
+        let plate = self.camera.plate()?;
         let scene = self.cell.scene.clone();
         let camera = self.calibration.camera;
         let q = self.arm.feedback()?.q;
@@ -167,7 +167,7 @@ impl Body for RealBody {
         let known = self.belief.objects().to_vec();
         let before = self.belief.unknown().to_vec();
         self.looking = Some(std::thread::spawn(move || {
-            let photo = shot();
+            let photo = plate(None);
             let seen = vision::see_standing(&photo, &camera, &scene, &mut options, &known)?;
             let others = vision::unexplained(&photo, &camera, &scene, &seen, &options, &before)?;
             let mut image = annotate(&photo, &seen);
@@ -256,10 +256,6 @@ impl Body for RealBody {
 
     fn pushed(&mut self, o: &str, ends: Option<Pose<World, frame::Object>>) {
         self.belief.pushed(o, ends);
-    }
-
-    fn photo(&mut self) -> Result<Option<Shot>, DeviceError> {
-        Ok(Some(self.camera.shoot()?))
     }
 
     fn plate(&mut self) -> Result<Option<Plate>, DeviceError> {

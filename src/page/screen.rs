@@ -86,7 +86,9 @@ impl Screen {
 
     /// Waits until a browser that looks has taken what is shown now, but not for long; without one not at all.
     pub fn part(&self) {
-        self.change(|seen| seen.goes_on = false);
+        if self.lock().goes_on {
+            self.change(|seen| seen.goes_on = false);
+        }
         let now = self.now().version;
         let taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
         let is_behind = |taken: &mut Option<u64>| taken.is_some_and(|taken| taken < now);

@@ -15,15 +15,18 @@ use crate::repl::kept;
 pub(super) fn watched(scratch: &Scratch) -> (Page, Arc<Screen>, Onlooker) {
     let screen = Arc::new(Screen::default());
     screen.begin("pour(jar, cup)");
-    let options = Options {
+    let page = Page::watch(options(scratch), screen.clone()).unwrap();
+    (page, screen.clone(), Onlooker(screen))
+}
+
+fn options(scratch: &Scratch) -> Options {
+    Options {
         root: scratch.path("runs"),
         answers: scratch.path("runs/answers.jsonl"),
         port: 0,
         seed: 1,
         place: Box::new(|_| None),
-    };
-    let page = Page::watch(options, screen.clone()).unwrap();
-    (page, screen.clone(), Onlooker(screen))
+    }
 }
 
 /// A moment of a pour.
@@ -88,6 +91,26 @@ fn the_page_shows_pictures_fluents_water_and_rehearsals_as_they_come() {
     assert!(over.contains("done: pour(jar, cup)") && over.contains("data-over"), "{over}");
     assert!(over.contains("href=\"/watch/report.html\"") && !over.contains("refresh"), "{over}");
     assert_eq!(get(&host, "/watch/report.html").text(), "<p>the report</p>");
+}
+
+#[test]
+fn at_a_prompt_one_run_follows_the_other_until_it_is_left() {
+    let scratch = Scratch::new("page-watch-prompt");
+    let screen = Arc::new(Screen::of_prompt());
+    let page = Page::watch(options(&scratch), screen.clone()).unwrap();
+    let host = host(&page);
+    assert!(get(&host, "/watch").text().contains("Nothing runs yet"));
+    for task in ["pick(jar)", "place(jar)"] {
+        screen.begin(task);
+        screen.ended(&format!("done: {task}"), None);
+        let shown = get(&host, "/watch").text();
+        assert!(
+            shown.contains(&format!("done: {task}")) && !shown.contains("data-over"),
+            "{shown}"
+        );
+    }
+    screen.part();
+    assert!(get(&host, "/watch").text().contains("data-over"));
 }
 
 #[test]

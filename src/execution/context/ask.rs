@@ -5,10 +5,11 @@ use rand::RngExt;
 use super::super::beside::Order;
 use super::super::decisions::{Entry, Kind};
 use super::super::error::ActionError;
-use super::super::plan::{Grasp, Placement, Pour, Push, Stir, Wipe};
+use super::super::plan::{Grasp, Placement, Planner, Pour, Push, Stir, Wipe};
 use super::super::refusal::Refusal;
 use super::ActionContext;
 use crate::motion::dynamics::GRAVITY;
+use crate::trace::NoWay;
 use crate::world::{Region, WATER_DENSITY};
 
 /// The force of each finger with which things are held, N, and how many times the weight pads should hold.
@@ -25,110 +26,91 @@ impl ActionContext {
         Ok(self.body.look()?)
     }
 
+    /// Finds ways in the twin and remembers them, or repeats on the arm those that the rehearsal had.
+    fn ways<T: Clone>(
+        &mut self,
+        kind: Kind,
+        of: impl FnOnce(&Entry) -> Option<Vec<T>>,
+        entry: impl FnOnce(Vec<T>) -> Entry,
+        find: impl FnOnce(&Planner) -> Result<Vec<T>, NoWay>,
+    ) -> Result<Vec<T>, ActionError> {
+        if let Some(ways) = self.run.log.next(kind, of)? {
+            return Ok(ways);
+        }
+        let ways = find(&self.planner()?)?;
+        self.run.log.record(entry(ways.clone()));
+        Ok(ways)
+    }
+
     /// `twin.grasps(o, face, pitch)`: ways to take `o` at a face with the tool pitched down by `pitch` rad,
     /// best first.
     pub fn grasps(&mut self, o: &str, face: &str, pitch: f64) -> Result<Vec<Grasp>, ActionError> {
-        let logged = self.run.log.next(Kind::Grasps, |entry| match entry {
-            Entry::Grasps(ways) => Some(ways.clone()),
-            _ => None,
-        })?;
-        if let Some(ways) = logged {
-            return Ok(ways);
-        }
         let pitch = match face {
             "side" => pitch,
             "top" => std::f64::consts::FRAC_PI_2,
             other => return Err(Refusal::NoFace(other.to_owned()).into()),
         };
-        let ways = self.planner()?.grasps(o, pitch)?;
-        self.run.log.record(Entry::Grasps(ways.clone()));
-        Ok(ways)
+        let of = |entry: &Entry| match entry {
+            Entry::Grasps(ways) => Some(ways.clone()),
+            _ => None,
+        };
+        self.ways(Kind::Grasps, of, Entry::Grasps, |planner| planner.grasps(o, pitch))
     }
 
     /// `twin.pours(o, at, clearance)`: ways to pour from `o` in the hand into `at`, best first.
     pub fn pours(&mut self, o: &str, at: &str, clearance: f64) -> Result<Vec<Pour>, ActionError> {
-        let logged = self.run.log.next(Kind::Pours, |entry| match entry {
+        let of = |entry: &Entry| match entry {
             Entry::Pours(ways) => Some(ways.clone()),
             _ => None,
-        })?;
-        if let Some(ways) = logged {
-            return Ok(ways);
-        }
-        let ways = self.planner()?.pours(o, at, clearance)?;
-        self.run.log.record(Entry::Pours(ways.clone()));
-        Ok(ways)
+        };
+        self.ways(Kind::Pours, of, Entry::Pours, |planner| planner.pours(o, at, clearance))
     }
 
     /// `twin.placements(o, at)`: ways to put `o` down on a free place of the table, on or in another thing, or beside
     /// others, best first.
     pub fn placements(&mut self, o: &str, at: &Region) -> Result<Vec<Placement>, ActionError> {
-        let logged = self.run.log.next(Kind::Placements, |entry| match entry {
+        let of = |entry: &Entry| match entry {
             Entry::Placements(ways) => Some(ways.clone()),
             _ => None,
-        })?;
-        if let Some(ways) = logged {
-            return Ok(ways);
-        }
-        let ways = self.planner()?.placements(o, at)?;
-        self.run.log.record(Entry::Placements(ways.clone()));
-        Ok(ways)
+        };
+        self.ways(Kind::Placements, of, Entry::Placements, |planner| planner.placements(o, at))
     }
 
     /// `twin.turned_placements(o)`: ways to put down `o`, held from above, on a free place of the table, turned so that a level hand can take
     /// it there, best first.
     pub fn turned_placements(&mut self, o: &str) -> Result<Vec<Placement>, ActionError> {
-        let logged = self.run.log.next(Kind::Placements, |entry| match entry {
+        let of = |entry: &Entry| match entry {
             Entry::Placements(ways) => Some(ways.clone()),
             _ => None,
-        })?;
-        if let Some(ways) = logged {
-            return Ok(ways);
-        }
-        let ways = self.planner()?.turned_placements(o)?;
-        self.run.log.record(Entry::Placements(ways.clone()));
-        Ok(ways)
+        };
+        self.ways(Kind::Placements, of, Entry::Placements, |planner| planner.turned_placements(o))
     }
 
     /// `twin.pushes(o, at)`: ways to push `o` along what it stands on to a free place, best first.
     pub fn pushes(&mut self, o: &str, at: &Region) -> Result<Vec<Push>, ActionError> {
-        let logged = self.run.log.next(Kind::Pushes, |entry| match entry {
+        let of = |entry: &Entry| match entry {
             Entry::Pushes(ways) => Some(ways.clone()),
             _ => None,
-        })?;
-        if let Some(ways) = logged {
-            return Ok(ways);
-        }
-        let ways = self.planner()?.pushes(o, at)?;
-        self.run.log.record(Entry::Pushes(ways.clone()));
-        Ok(ways)
+        };
+        self.ways(Kind::Pushes, of, Entry::Pushes, |planner| planner.pushes(o, at))
     }
 
     /// `twin.stirs(tool, vessel)`: ways to stir with what is in the hand, best first.
     pub fn stirs(&mut self, tool: &str, vessel: &str) -> Result<Vec<Stir>, ActionError> {
-        let logged = self.run.log.next(Kind::Stirs, |entry| match entry {
+        let of = |entry: &Entry| match entry {
             Entry::Stirs(ways) => Some(ways.clone()),
             _ => None,
-        })?;
-        if let Some(ways) = logged {
-            return Ok(ways);
-        }
-        let ways = self.planner()?.stirs(tool, vessel)?;
-        self.run.log.record(Entry::Stirs(ways.clone()));
-        Ok(ways)
+        };
+        self.ways(Kind::Stirs, of, Entry::Stirs, |planner| planner.stirs(tool, vessel))
     }
 
     /// `twin.wipes(o)`: ways to wipe the top of `o` with closed fingers.
     pub fn wipes(&mut self, o: &str) -> Result<Vec<Wipe>, ActionError> {
-        let logged = self.run.log.next(Kind::Wipes, |entry| match entry {
+        let of = |entry: &Entry| match entry {
             Entry::Wipes(ways) => Some(ways.clone()),
             _ => None,
-        })?;
-        if let Some(ways) = logged {
-            return Ok(ways);
-        }
-        let ways = self.planner()?.wipes(o)?;
-        self.run.log.record(Entry::Wipes(ways.clone()));
-        Ok(ways)
+        };
+        self.ways(Kind::Wipes, of, Entry::Wipes, |planner| planner.wipes(o))
     }
 
     /// `twin.squeeze(o)`: the force of each finger that holds `o` with what is in it, N: the usual one, or as much

@@ -42,6 +42,9 @@ const SQUARE: f64 = 1e-9;
 /// Directions in which a round thing is pushed to the deepest place along them.
 const ROUND: i32 = 16;
 
+/// A place in a region, and how far inside it is, m.
+type Inside = (Vector2<f64>, f64);
+
 /// What is asked about stretches while a thing is pushed over a table, each once.
 pub(super) struct Slides<'p> {
     planner: &'p Planner,
@@ -147,14 +150,13 @@ impl Planner {
 
     /// Returns the end farthest inside along each straight push from where a thing stands, with how far inside it is, m; and
     /// what is in the way of one of them.
-    #[expect(clippy::type_complexity, reason = "two lists of what one loop finds")]
     fn straight_ends(
         &self,
         object: &scene::Object,
         pose: &Pose<World, Object>,
         inside: &dyn Fn(Vector2<f64>) -> Result<f64, Why>,
         on: &str,
-    ) -> Result<(Vec<(Vector2<f64>, f64)>, Option<String>), Why> {
+    ) -> Result<(Vec<Inside>, Option<String>), Why> {
         let from = pose.origin().xy();
         let turns = if object.shape.faces().is_some() { 4 } else { ROUND };
         let mut ends = Vec::new();
@@ -163,7 +165,7 @@ impl Planner {
             let turn = std::f64::consts::TAU * f64::from(part) / f64::from(turns);
             let turn = nalgebra::Rotation2::new(turn);
             let way = turn * square(object, pose)[0];
-            let mut best: Option<(Vector2<f64>, f64)> = None;
+            let mut best: Option<Inside> = None;
             for k in 1..=(FARTHEST / STEP) as usize {
                 let to = from + way * (STEP * k as f64);
                 if let Some(by) = self.on_the_way(object, pose, to, on) {

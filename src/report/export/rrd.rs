@@ -28,7 +28,7 @@ const AXES: f32 = 0.05;
 /// What a recording says of itself.
 const ABOUT: &str = "\
 The time line `arm_time` is the arm's own clock. Lengths are in m, turns are quaternions, the frame is the table's: z up.
-A gap in a line is what nobody knows.
+Where a line breaks off, the value is unknown.
 
 | entity | what |
 |---|---|
