@@ -30,7 +30,7 @@ const STUCK_IN_ALL: [usize; 2] = [20, 80];
 /// The share of its samples that a tree which is stuck draws beside itself. Chosen: of 0.2, 0.5 and 0.8.
 const BESIDE: f64 = 0.8;
 /// Of the first so many samples half are drawn towards the straight way. Chosen: the paths of what is easy are 2 % shorter,
-/// and what is hard is not slower.
+/// among some fifty variants on the Panda's problems; with some of them what is hard was slower.
 const NEARER: usize = 50;
 /// Samples drawn for one that a node listens to, at most.
 const DRAWN: usize = 10;
