@@ -62,6 +62,34 @@ fn a_parameter_without_a_type_is_one_mistake() {
 }
 
 #[test]
+fn nothing_is_done_to_a_thing_with_itself() {
+    let said = |step: &str| -> Vec<String> {
+        let found = checked(&format!("task t(a: Container, b: Container) {{\n    {step}\n}}\n"));
+        found.into_iter().map(|(_, message, _)| message).collect()
+    };
+    for (step, other) in [
+        ("pour(a, a)", "`a` is given for `source` and for `target`"),
+        ("push(a, at: left_of(a))", "`a` is given for `o` and for `at`"),
+        ("put(a, at: between(b, a))", "`a` is given for `o` and for `at`"),
+    ] {
+        assert_eq!(said(step), [other], "{step}");
+    }
+    for step in ["put(a, at: left_of(b))", "put(a, at: away_from(a, b))", "put(a, at: start_of(a))"]
+    {
+        assert!(said(step).is_empty(), "{step}: {:?}", said(step));
+    }
+}
+
+#[test]
+fn what_is_promised_of_what_no_step_changes_is_told() {
+    let said = |gives: &str| {
+        checked(&format!("task t(a: Container) {{\n    gives {gives}\n    pick(a)\n}}\n")).len()
+    };
+    assert_eq!([said("filled(a) >= 2 mL"), said("holding(a) and capacity(a) >= 2 mL")], [1, 1]);
+    assert_eq!([said("volume(a) - filled(a) <= 2 mL"), said("holding(a)")], [0, 0]);
+}
+
+#[test]
 fn an_unclosed_parenthesis_shows_both_ends() {
     assert_eq!(
         told(BAD)[1],

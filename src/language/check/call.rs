@@ -6,6 +6,9 @@ use super::super::diagnostic::Diagnostic;
 use super::{Checker, Names};
 use crate::units::{Dimension, Quantity};
 
+/// Places beside things. A thing may be put away from where it stands, or back to where it stood, but not beside itself.
+const BESIDE: [&str; 6] = ["next_to", "left_of", "right_of", "in_front_of", "behind", "between"];
+
 /// A parameter as a call sees it.
 pub(super) struct Slot<'a> {
     pub(super) name: &'a str,
@@ -101,13 +104,21 @@ impl Checker<'_> {
         );
     }
 
-    /// Refuses a thing that is given for two parameters: nothing is poured into itself, or put on itself.
+    /// Refuses a thing that is given for two parameters: nothing is poured into itself, or put on or beside itself.
     fn another<'c>(
         &mut self,
         slot: &Slot<'c>,
         value: &'c Expr,
         things: &mut Vec<(&'c str, &'c str)>,
     ) {
+        if let (Ty::Place, ExprKind::Call(place)) = (&slot.ty, &value.kind)
+            && BESIDE.contains(&&*place.name.text)
+        {
+            for of in place.args.iter().flat_map(|arg| &arg.values) {
+                self.another(slot, of, &mut things.clone());
+            }
+            return;
+        }
         let (Ty::Object(_) | Ty::Place, ExprKind::Name(name)) = (&slot.ty, &value.kind) else {
             return;
         };
