@@ -9,29 +9,27 @@ The arm comes from trueup's own URDF, the things from the kitchen scene. What a 
 seed: zeros of the joints, their friction and rotors, noise of what they read, the camera's place, how the jar grips, how
 water runs, and where things stand. With `--cell N` the robot stays the same while `--seed` moves the things. `--exact` draws
 only where things stand. `--tell` prints what was drawn, for whoever judges.
-MuJoCo has no water: `water.py` beside this file adds it. The `Reality` class is all that another server must replace.
+MuJoCo has no water: `water.py` adds it; `kitchen.py` holds the scene, `serve.py` the protocol. The `Reality` class is all
+that another server must replace (`pybullet_server.py` is one that did).
 """
-import argparse, base64, io, json, math, os, socket
+import math, os
 os.environ.setdefault("MUJOCO_GL", "egl")
 import mujoco
 import numpy as np
-from PIL import Image
-from water import Vessel, Water
+import kitchen
+from kitchen import HOME, JAWS, JOINTS, SIZE
+from serve import main
+from water import Water
 
-ROBOT = os.path.join(os.path.dirname(__file__), "../../stdlib/robots/gen3_2f85/gen3_2f85.urdf")
-JOINTS = [f"joint_{i}" for i in range(1, 8)]
-HOME = np.radians([0, 15, 180, -130, 0, 55, 90])
-SIZE, FOCAL = (1280, 720), 900.0
-DOTS = [(.25, -.36), (.25, -.18), (.25, .18), (.25, .36), (.5, -.36), (.5, .36), (.8, -.36), (.8, -.12), (.8, .12),
-        (.8, .36), (.92, -.25), (.92, 0), (.92, .25)]
 # Servo: stiffness and damping of each joint, N·m/rad and N·m·s/rad, and the largest torque, N·m (Gen3 user guide).
 KP, KD = np.array([3000., 3000, 3000, 3000, 800, 800, 800]), np.array([120., 120, 120, 120, 20, 20, 20])
 MOST = np.array([105., 105, 105, 105, 52, 52, 52])
-JAR, CUP = (.065, .14, .003), (.08, .095, .003)    # side, height, wall; radius, height, wall
-FILLED, WATER_STEP = 150e-6, 0.005
+WATER_STEP = 0.005
 
 
 class Reality:
+    name, joints, camera = "mujoco", JOINTS, SIZE
+
     def __init__(self, seed, cell, exact):
         self.chance, self.cell = np.random.default_rng([seed, 1]), np.random.default_rng([cell, 2])
         drawn = (lambda size, n=None: np.zeros(n) if n else 0.0) if exact else (lambda size, n=None: self.cell.normal(0, size, n))
@@ -41,14 +39,13 @@ class Reality:
         between = lambda least, most: large * ((least + most) / 2 if exact else self.cell.uniform(least, most, 7))
         self.viscous, self.dry, self.rotor = between(.2, 1.), between(.02, .08), between(.05, .2)    # N·m·s/rad, N·m, kg·m2
         self.noise = (0, 0, 0) if exact else (3e-5, 1e-3, .05)    # of a joint's angle, speed and torque; rad, rad/s, N·m
-        eye = np.array([1.25, 0, 0.85]) + drawn(0.01, 3)
-        at = np.array([0.60, 0, 0.05]) + drawn(0.01, 3)
+        eye, at = kitchen.EYE + drawn(0.01, 3), kitchen.LOOKS_AT + drawn(0.01, 3)
         self.model = self.build(eye, at)
         self.data = mujoco.MjData(self.model)
         joint = lambda name: self.model.joint(name)
         self.q_at = np.array([joint(j).qposadr[0] for j in JOINTS])
         self.v_at = np.array([joint(j).dofadr[0] for j in JOINTS])
-        self.jaws = [(joint(j).qposadr[0], joint(j).dofadr[0]) for j in ("left_jaw_joint", "right_jaw_joint")]
+        self.jaws = [(joint(j).qposadr[0], joint(j).dofadr[0]) for j in JAWS]
         self.data.qpos[self.q_at] = HOME
         for q, _ in self.jaws:
             self.data.qpos[q] = 0.0425
@@ -56,13 +53,12 @@ class Reality:
         self.aim, self.finger, self.speed, self.force = 0.085, 0.085, 0.1, 20.0
         self.place_things()
         mujoco.mj_forward(self.model, self.data)
-        vessels = [Vessel.box("jar", *JAR, FILLED, self.chance), Vessel.round("cup", *CUP, 0.0, self.chance)]
-        self.water, self.wet = Water(vessels, None if exact else self.cell), 0.0
+        self.water, self.wet = Water(kitchen.vessels(self.chance), None if exact else self.cell), 0.0
         self.renderer = mujoco.Renderer(self.model, SIZE[1], SIZE[0])
         self.advance(0.5)
 
     def build(self, eye, at):
-        spec = mujoco.MjSpec.from_file(ROBOT)
+        spec = mujoco.MjSpec.from_file(kitchen.ROBOT)
         spec.compiler.fusestatic = False
         spec.option.timestep, spec.option.integrator = 0.001, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10
@@ -73,30 +69,29 @@ class Reality:
                 body.gravcomp = 1
             for geom in body.geoms:
                 jaw = "jaw" in body.name
-                geom.rgba = [.25, .25, .27, 1] if jaw or "gripper" in body.name else [.75, .76, .78, 1]
+                geom.rgba = kitchen.HAND_COLOUR if jaw or "gripper" in body.name else kitchen.ARM_COLOUR
                 geom.contype, geom.conaffinity = (1, 1) if jaw else (2, 1)
                 geom.friction = [1.0, .02, .001]
                 geom.condim = 4
         for name, viscous, dry, rotor in zip(JOINTS, self.viscous, self.dry, self.rotor):
             spec.joint(name).armature, spec.joint(name).damping, spec.joint(name).frictionloss = rotor, [viscous, 0, 0], dry
-        for name in ("left_jaw_joint", "right_jaw_joint"):
+        for name in JAWS:
             spec.joint(name).armature, spec.joint(name).damping = 0.3, [5.0, 0, 0]
         spec.add_exclude(bodyname1="left_jaw_link", bodyname2="right_jaw_link")
-        # The ball on its stalk by which the camera sees where the hand is.
-        hand = spec.body("gripper_base_link")
-        hand.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=[0, .06, .062], size=[.014, 0, 0], rgba=[.816, .125, .561, 1], contype=4, conaffinity=0)
-        hand.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[0, .035, .062, 0, .05, .062], size=[.004, 0, 0], rgba=[.2, .2, .2, 1], contype=4, conaffinity=0)
+        hand, (at_ball, radius), (low, high, thin) = spec.body("gripper_base_link"), kitchen.BALL, kitchen.STALK
+        hand.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=at_ball, size=[radius, 0, 0], rgba=kitchen.BALL_COLOUR, contype=4, conaffinity=0)
+        hand.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[*low, *high], size=[thin, 0, 0], rgba=kitchen.STALK_COLOUR, contype=4, conaffinity=0)
         world = spec.worldbody
         world.add_light(pos=[.5, -.6, 2.2], dir=[0, .25, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[.5] * 3, castshadow=True)
-        world.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=[.5, 0, -.01], size=[.6, .4, .01], rgba=[.784, .690, .565, 1], friction=[.5, .01, .001])
-        world.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, pos=[0, 0, -.7], size=[5, 5, .1], rgba=[.45, .46, .48, 1])
-        for x, y in DOTS:
+        world.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=[.5, 0, -.01], size=[.6, .4, .01], rgba=kitchen.TABLE_COLOUR, friction=[.5, .01, .001])
+        world.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, pos=[0, 0, -.7], size=[5, 5, .1], rgba=kitchen.FLOOR_COLOUR)
+        for x, y in kitchen.DOTS:
             world.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[x, y, .0004], size=[.012, .0004, 0], rgba=[.05, .05, .05, 1], contype=4, conaffinity=0)
         back = (eye - at) / np.linalg.norm(eye - at)
         right = np.cross([0, 0, 1], back); right /= np.linalg.norm(right)
-        world.add_camera(name="overhead", pos=eye, xyaxes=[*right, *np.cross(back, right)], fovy=math.degrees(2 * math.atan(SIZE[1] / 2 / FOCAL)))
-        self.vessel(world, "jar", self.walls_of_box(*JAR), .160, [.75, .85, .9, .35], JAR[1])
-        self.vessel(world, "cup", self.walls_of_round(*CUP), .180, [.125, .314, .753, 1], CUP[1])
+        world.add_camera(name="overhead", pos=eye, xyaxes=[*right, *np.cross(back, right)], fovy=math.degrees(2 * math.atan(SIZE[1] / 2 / kitchen.FOCAL)))
+        self.vessel(world, "jar", kitchen.walls_of_box(), kitchen.JAR_MASS, kitchen.JAR_COLOUR, kitchen.JAR[1])
+        self.vessel(world, "cup", kitchen.walls_of_round(), kitchen.CUP_MASS, kitchen.CUP_COLOUR, kitchen.CUP[1])
         return spec.compile()
 
     def vessel(self, world, name, walls, mass, rgba, height):
@@ -108,27 +103,9 @@ class Reality:
         # The water is a body of its own, welded to the vessel, whose mass and centre change; it touches nothing.
         body.add_body(name=f"{name}_water", explicitinertial=True, mass=1e-6, ipos=[0, 0, height / 2], inertia=[1e-9] * 3)
 
-    @staticmethod
-    def walls_of_box(side, height, wall):
-        h, s = height / 2, side / 2
-        sides = [([dx * (s - wall / 2), dy * (s - wall / 2), h], [wall / 2 if dx else s, wall / 2 if dy else s, h], 0) for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1))]
-        return [([0, 0, wall / 2], [s, s, wall / 2], 0)] + sides
-
-    @staticmethod
-    def walls_of_round(radius, height, wall, n=48):
-        half, mid, turns = radius * math.tan(math.pi / n), radius - wall / 2, [2 * math.pi * k / n for k in range(n)]
-        return [([0, 0, wall / 2], [mid, wall / 2, 0], None)] + [
-            ([mid * math.cos(t), mid * math.sin(t), height / 2], [wall / 2, half, height / 2], t) for t in turns]
-
     def place_things(self):
-        spots = []
-        for name in ("jar", "cup"):
-            while True:
-                x, y = self.chance.uniform(.45, .68), self.chance.uniform(-.27, .27)
-                if all(math.hypot(x - a, y - b) > .24 for a, b in spots):
-                    break
-            spots.append((x, y))
-            yaw, at = self.chance.uniform(-.6, .6), self.model.joint(self.model.body(name).jntadr[0]).qposadr[0]
+        for name, (x, y, yaw) in zip(("jar", "cup"), kitchen.places(self.chance)):
+            at = self.model.joint(self.model.body(name).jntadr[0]).qposadr[0]
             self.data.qpos[at:at + 7] = [x, y, .001, math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)]
 
     def drawn(self):
@@ -187,53 +164,8 @@ class Reality:
 
     def photo(self):
         self.renderer.update_scene(self.data, camera="overhead")
-        png = io.BytesIO()
-        Image.fromarray(self.renderer.render()).save(png, "PNG")
-        return {"png": base64.b64encode(png.getvalue()).decode()}
-
-    def answer(self, request):
-        (word, asked), = request.items()
-        if word == "hello":
-            if asked["version"] != 1:
-                return {"error": f"version {asked['version']} is not spoken here", "help": "this is version 1"}
-            return {"hello": 1, "name": "mujoco", "joints": JOINTS, "camera": {"width": SIZE[0], "height": SIZE[1]}, "scales": True, "realtime": False}
-        if word == "step":
-            return self.step(**asked)
-        if word == "scales":
-            return {"water": [[v.name, v.volume] for v in self.water.vessels], "spilt": self.water.spilt}
-        if word in ("feedback", "photo", "stop"):
-            return getattr(self, word)()
-        return {"error": f"`{word}` is not known", "help": "hello, step, feedback, photo, scales, stop"}
-
-
-def main():
-    args = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    args.add_argument("--port", type=int, default=5555)
-    args.add_argument("--seed", type=int, default=1)
-    args.add_argument("--cell", type=int, help="the robot's and the camera's errors; the seed's own unless given")
-    args.add_argument("--exact", action="store_true")
-    args.add_argument("--tell", action="store_true", help="print what was drawn")
-    args.add_argument("--once", action="store_true", help="end with the first connection")
-    args = args.parse_args()
-    listener = socket.create_server(("127.0.0.1", args.port))
-    print(f"bridge://127.0.0.1:{listener.getsockname()[1]}", flush=True)
-    while True:
-        connection, _ = listener.accept()
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        reality = Reality(args.seed, args.seed if args.cell is None else args.cell, args.exact)  # every connection begins anew
-        if args.tell:
-            print(json.dumps(reality.drawn()), flush=True)
-        with connection, connection.makefile("rwb") as lines:
-            for line in lines:
-                try:
-                    said = reality.answer(json.loads(line))
-                except Exception as error:  # a server answers, whatever happens
-                    said = {"error": f"{type(error).__name__}: {error}", "help": "see the server's own output"}
-                lines.write(json.dumps(said).encode() + b"\n")
-                lines.flush()
-        if args.once:
-            return
+        return self.renderer.render()
 
 
 if __name__ == "__main__":
-    main()
+    main(Reality, __doc__)

@@ -194,6 +194,7 @@ const SAID: &[(&str, &str)] = &[
     // Amounts.
     ("pour 50 mL of water from the jar into the red cup", "pour(jar, red, amount: 50 mL)"),
     ("pour 50 ml from the jar into the red cup", "pour(jar, red, amount: 50 mL)"),
+    ("pour 50 ml into the red cup", "? which source: transparent jar or blue cup?"),
     ("pour 0.1 litres of the jar into the blue cup", "pour(jar, blue, amount: 0.1 L)"),
     ("pour half of the jar into the red cup", "pour(jar, red, amount: filled(jar) / 2)"),
     ("pour half the jar into the red cup", "pour(jar, red, amount: filled(jar) / 2)"),

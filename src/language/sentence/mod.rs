@@ -18,7 +18,7 @@ mod template;
 use std::collections::BTreeMap;
 
 use super::ast::{Call, Param, SceneItem, Span, Step};
-use super::builtins::Ty;
+use super::builtins::{self, Ty};
 use super::diagnostic::Source;
 use super::library::Scope;
 use super::parse::parse_line;
@@ -293,6 +293,11 @@ fn hindrance(reading: &Understood, with: &Knowledge<'_>) -> Option<String> {
     reading.calls.first().and_then(|call| (with.hindrance)(call))
 }
 
+/// Returns whether words name a thing that is here, whatever its kind.
+fn names_a_thing(said: &str, slot: &str, with: &Knowledge<'_>) -> bool {
+    resolve::resolve(said, &Ty::Object(builtins::OBJECT.to_owned()), slot, with).is_ok()
+}
+
 /// Fills a task's parameters with what the slots hold.
 fn filled(
     name: &str,
@@ -308,7 +313,11 @@ fn filled(
         let (said, found) = match slots.get(slot) {
             Some(said) => match resolve::resolve(said, &ty, slot, with) {
                 Ok(found) => (said.as_str(), found),
-                Err(hindrance) => return Reading::Hindered(Hindrance { after: i, ..hindrance }),
+                Err(hindrance) => {
+                    // Words that name a thing are no amount badly said: another sentence was meant.
+                    let after = if names_a_thing(said, slot, with) { 0 } else { i };
+                    return Reading::Hindered(Hindrance { after, ..hindrance });
+                }
             },
             // What nobody said, and what has to be: anything that fits.
             None if param.default.is_none() => ("", resolve::unsaid(&ty, with)),
