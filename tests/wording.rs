@@ -14,7 +14,7 @@ const SPEAKING: &[&str] = &["report", "cli", "repl", "page", "language"];
 const FILES: &[&str] = &["error.rs", "wording.rs", "refusal.rs"];
 /// Tables of words, drawings that have words in them, and what writes the language.
 const CATALOGUES: &[&str] = &[
-    "discovery/vocabulary.rs",
+    "discovery/vocabulary",
     "graph/draw",
     "graph/exchange/dot.rs",
     "kortex/frame.rs",

@@ -4,8 +4,9 @@
     pip install mujoco numpy pillow
     cargo build --release
     python examples/bridge/close_the_gap.py --cells 1-5 --out gap-of-mujoco
+    python examples/bridge/close_the_gap.py --cells 1-5 --out gap-of-pybullet --server pybullet
 
-For every cell (a robot with friction, rotors and zeros of its own, `mujoco_server.py`): two runs of `pick(jar) then
+For every cell (a robot with friction, rotors and zeros of its own, `SERVER_server.py`): two runs of `pick(jar) then
 place(jar)` without knowing anything; `trueup gap` on their recordings, which writes what it names into the cell's file;
 a third run, the things elsewhere, with that file. What is told: each number that was drawn beside the one found, what
 was named beside, and the gap of the third run with the file and without. `close_the_gap.svg` draws it.
@@ -14,22 +15,22 @@ import argparse, json, math, pathlib, subprocess, sys, time
 
 HERE = pathlib.Path(__file__).resolve().parent
 LINE = "pick(jar) then place(jar)"
-# What the server draws, by its name there: effect, parameter, unit, colour.
+# What a server may draw, by its name there: effect, parameter, unit, colour.
 DRAWN = {"rotor_kg_m2": ("armature", "inertia", "kg·m²", "#2050c0"), "viscous_nm_s": ("viscous_friction", "coefficient", "N·m·s/rad", "#c05020"),
          "dry_nm": ("coulomb_friction", "torque", "N·m", "#208050")}
 
 
-def run(trueup, cell, seed, port, out, script):
+def run(trueup, server, cell, seed, port, out, script):
     """One run of the script in the cell; returns its folder and what the server had drawn."""
     log = out / f"server-{cell}-{seed}.log"
     with log.open("w") as told:
-        server = subprocess.Popen([sys.executable, HERE / "mujoco_server.py", "--cell", str(cell), "--seed", str(seed), "--port", str(port),
+        reality = subprocess.Popen([sys.executable, HERE / f"{server}_server.py", "--cell", str(cell), "--seed", str(seed), "--port", str(port),
                                    "--once", "--tell"], stdout=told)
         while "bridge://" not in log.read_text():
             time.sleep(0.2)
         runs = out / f"runs-{cell}-{seed}"
         done = subprocess.run([trueup, "run", script, "--robot", f"bridge://127.0.0.1:{port}", "--record", runs, "--quiet"])
-        server.wait(timeout=60)
+        reality.wait(timeout=60)
     folder = sorted(runs.iterdir())[-1]
     return folder, json.loads(log.read_text().splitlines()[1]), done.returncode
 
@@ -50,18 +51,18 @@ def numbers(finding):
     return found
 
 
-def close(trueup, cell, port, out):
+def close(trueup, server, cell, port, out):
     script = out / f"cell_{cell}.task"
     script.write_text(f"/// What is known of cell {cell}.\ntwin cell_{cell} of kitchen {{\n}}\n\n{LINE}\n")
-    (first, drawn, _), (second, _, _) = (run(trueup, cell, seed, port, out, script) for seed in (1, 2))
+    (first, drawn, _), (second, _, _) = (run(trueup, server, cell, seed, port, out, script) for seed in (1, 2))
     finding = gap(trueup, first, second, "--model", script, "--apply")
-    third, _, code = run(trueup, cell, 3, port, out, script)
+    third, _, code = run(trueup, server, cell, 3, port, out, script)
     without, with_file = gap(trueup, third), gap(trueup, third, "--model", script)
     found, pairs = numbers(finding), []
     for key, (name, parameter, unit, _) in DRAWN.items():
-        for joint, value in enumerate(drawn[key], 1):
+        for joint, value in enumerate(drawn.get(key, []), 1):
             pairs.append({"name": name, "at": f"joint_{joint}", "drawn": value, "found": found.get((name, f"joint_{joint}", parameter)), "unit": unit})
-    known = {name for name, *_ in DRAWN.values()}
+    known = {name for key, (name, *_) in DRAWN.items() if key in drawn}
     beside = [f"{effect['name']}({effect['at']})" for effect in finding["effects"] if effect["name"] not in known]
     return {"cell": cell, "third_run_done": code == 0, "pairs": pairs, "beside": beside,
             "before": without["gap"]["before"]["heldout"], "after": with_file["gap"]["before"]["heldout"]}
@@ -71,17 +72,19 @@ def tell(result):
     print(f"cell {result['cell']}: gap of the third run {result['before']:.2f} without, {result['after']:.2f} with what was found (1 is noise)")
     for name, *_ in DRAWN.values():
         pairs = [pair for pair in result["pairs"] if pair["name"] == name]
+        if not pairs:
+            continue
         line = "  ".join(f"{pair['drawn']:.3f}/{pair['found']:.3f}" if pair["found"] is not None else f"{pair['drawn']:.3f}/-" for pair in pairs)
         print(f"  {name:17} drawn/found by joint, {pairs[0]['unit']}: {line}")
     print(f"  beside: {', '.join(result['beside']) or 'nothing'}", flush=True)
 
 
-def draw(results):
+def draw(server, results):
     """Left: drawn against found, both axes logarithmic. Right: the gap of the third run, without and with."""
     least, most, side, left, top = -2.2, 0.3, 300, 70, 40
     at = lambda value: (math.log10(max(value, 1e-9)) - least) / (most - least) * side
     text = lambda x, y, words, more="": f'<text x="{x:.1f}" y="{y:.1f}" {more}>{words}</text>'
-    parts = [text(left, 22, "What MuJoCo had, and what gap found", 'font-weight="bold"')]
+    parts = [text(left, 22, f"What {server} had, and what gap found", 'font-weight="bold"')]
     parts.append(f'<rect x="{left}" y="{top}" width="{side}" height="{side}" fill="none" stroke="#888"/>')
     parts.append(f'<line x1="{left}" y1="{top + side}" x2="{left + side}" y2="{top}" stroke="#888" stroke-dasharray="4 3"/>')
     for tick in (0.01, 0.03, 0.1, 0.3, 1):
@@ -118,17 +121,18 @@ def main():
     args = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     args.add_argument("--trueup", default=str(HERE / "../../target/release/trueup"))
     args.add_argument("--cells", default="1-5")
+    args.add_argument("--server", default="mujoco", help="the reality: SERVER_server.py beside this file")
     args.add_argument("--port", type=int, default=5556)
-    args.add_argument("--out", type=pathlib.Path, default=pathlib.Path("gap-of-mujoco"))
+    args.add_argument("--out", type=pathlib.Path, default=pathlib.Path("gap-of-bridge"))
     args = args.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     first, _, last = args.cells.partition("-")
     results = []
     for cell in range(int(first), int(last or first) + 1):
-        results.append(close(args.trueup, cell, args.port, args.out))
+        results.append(close(args.trueup, args.server, cell, args.port, args.out))
         tell(results[-1])
         (args.out / "close_the_gap.json").write_text(json.dumps(results, indent=1))
-        (args.out / "close_the_gap.svg").write_text(draw(results))
+        (args.out / "close_the_gap.svg").write_text(draw(args.server, results))
 
 
 if __name__ == "__main__":

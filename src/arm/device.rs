@@ -150,8 +150,9 @@ pub trait Camera: Send {
         }))
     }
 
-    /// Returns what films beside this camera, if anything can.
-    fn film(&self) -> Option<Box<dyn Film>> {
+    /// Returns what films beside this camera, if anything can; a camera whose pictures cost something does only for who
+    /// looks on.
+    fn film(&self, _is_watched: bool) -> Option<Box<dyn Film>> {
         None
     }
 }

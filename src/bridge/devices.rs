@@ -1,17 +1,18 @@
 //! An arm, a camera and scales over one bridge.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use image::RgbImage;
+use image::{RgbImage, imageops};
 
 use super::error::Error;
 use super::link::Link;
 use super::wire::{Aim, Hello, Step, Told};
 use crate::alignment::decode;
 use crate::arm::ticked::{Plant, Ticked};
-use crate::arm::{Camera, DeviceError, Feedback, Scales, Weighing};
+use crate::arm::{Camera, DeviceError, Feedback, Film, Scales, SmallShot, Weighing};
 
 /// The connection, shared by its arm, camera and scales.
 type SharedLink = Arc<Mutex<Link>>;
@@ -49,7 +50,9 @@ pub fn connect(place: &str, robot: &str, joints: &[&str]) -> Result<Bridged, Err
     };
     Ok(Bridged {
         arm: Ticked::new(plant),
-        camera: hello.camera.map(|_| BridgeCamera(link.clone())),
+        camera: hello
+            .camera
+            .map(|_| BridgeCamera { link: link.clone(), is_realtime: hello.realtime }),
         scales: hello.scales.then(|| BridgeScales(link)),
         hello,
     })
@@ -111,15 +114,59 @@ impl Plant for BridgePlant {
 }
 
 /// The camera behind a bridge.
-pub struct BridgeCamera(SharedLink);
+pub struct BridgeCamera {
+    link: SharedLink,
+    is_realtime: bool,
+}
 
 impl Camera for BridgeCamera {
     fn photo(&mut self) -> Result<RgbImage, DeviceError> {
-        let unreadable =
-            |why: String| DeviceError::from(Error::Unreadable { request: "photo", why });
-        let png = lock(&self.0).photo()?;
-        let bytes = STANDARD.decode(png.trim()).map_err(|error| unreadable(error.to_string()))?;
-        decode::decoded(&bytes).map_err(|error| unreadable(error.to_string()))
+        let png = lock(&self.link).photo()?;
+        Ok(decoded(&png).map_err(|why| Error::Unreadable { request: "photo", why })?)
+    }
+
+    fn film(&self, is_watched: bool) -> Option<Box<dyn Film>> {
+        // A picture takes the line that the arm is led by: none where time does not wait meanwhile. Nor where nobody looks
+        // on, for it takes a while, and may draw a simulator's next noise.
+        let film = || BridgeFilm { link: self.link.clone(), is_slow: false };
+        (is_watched && !self.is_realtime).then(|| Box::new(film()) as Box<dyn Film>)
+    }
+}
+
+/// Reads a photograph, a PNG file in base64.
+fn decoded(png: &str) -> Result<RgbImage, String> {
+    let bytes = STANDARD.decode(png.trim()).map_err(|error| error.to_string())?;
+    decode::decoded(&bytes).map_err(|error| error.to_string())
+}
+
+/// The longest that a picture of a film may take: two for each second of a simulator's time, and a run of a minute takes
+/// half a minute more.
+const LONGEST_GLANCE: Duration = Duration::from_millis(250);
+
+/// The camera behind a bridge as it films: not any more once a picture took too long.
+struct BridgeFilm {
+    link: SharedLink,
+    is_slow: bool,
+}
+
+impl Film for BridgeFilm {
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "what a picture costs is measured against the wall"
+    )]
+    fn shoot(&mut self, width: u32) -> Option<SmallShot> {
+        if self.is_slow {
+            return None;
+        }
+        let begin = Instant::now();
+        let png = lock(&self.link).glance();
+        self.is_slow = begin.elapsed() > LONGEST_GLANCE;
+        let png = png?;
+        Some(Box::new(move || {
+            let image = decoded(&png).ok().filter(|image| image.width() > 0)?;
+            let height = u64::from(image.height()) * u64::from(width) / u64::from(image.width());
+            Some(imageops::thumbnail(&image, width, height.max(1) as u32))
+        }))
     }
 }
 

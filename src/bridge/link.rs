@@ -111,6 +111,20 @@ impl Link {
         self.ask(&Request::Photo {}, PHOTO_S).map(|photo: Photo| photo.png)
     }
 
+    /// Returns a photograph as [`Self::photo`] does, if there is one; the arm is stopped only when the line is lost.
+    pub fn glance(&mut self) -> Option<String> {
+        if self.trouble.is_some() {
+            return None;
+        }
+        match self.exchange(&Request::Photo {}, PHOTO_S) {
+            Ok(line) => serde_json::from_slice(&line).ok().map(|photo: Photo| photo.png),
+            Err(error) => {
+                self.give_up(error);
+                None
+            }
+        }
+    }
+
     /// Returns what the scales say.
     ///
     /// # Errors

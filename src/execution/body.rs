@@ -101,8 +101,10 @@ pub trait Body: Send {
         Ok(None)
     }
 
-    /// Returns what films beside the camera, where anything does.
-    fn film(&self) -> Option<Box<dyn Film>> {
+    /// Returns what films beside the camera, where anything does ([`Camera::film`]).
+    ///
+    /// [`Camera::film`]: crate::arm::Camera::film
+    fn film(&self, _is_watched: bool) -> Option<Box<dyn Film>> {
         None
     }
 

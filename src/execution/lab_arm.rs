@@ -88,7 +88,7 @@ impl Camera for LabCamera {
         Ok(Box::new(move |window| negative.develop(window)))
     }
 
-    fn film(&self) -> Option<Box<dyn Film>> {
+    fn film(&self, _is_watched: bool) -> Option<Box<dyn Film>> {
         Some(Box::new(LabFilm(self.0.clone())))
     }
 }

@@ -262,8 +262,8 @@ impl Body for RealBody {
         Ok(Some(self.camera.plate()?))
     }
 
-    fn film(&self) -> Option<Box<dyn Film>> {
-        self.camera.film()
+    fn film(&self, is_watched: bool) -> Option<Box<dyn Film>> {
+        self.camera.film(is_watched)
     }
 
     fn calibrate(&mut self, calibration: Calibration, cell: &Cell) {

@@ -58,7 +58,7 @@ impl Camera for WebCamera {
         picture(&self.0).map_err(|why| why.of_camera(&self.0))
     }
 
-    fn film(&self) -> Option<Box<dyn Film>> {
+    fn film(&self, _is_watched: bool) -> Option<Box<dyn Film>> {
         Some(Box::new(WebFilm { address: self.0.clone(), is_busy: Arc::default() }))
     }
 }

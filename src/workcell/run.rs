@@ -161,11 +161,9 @@ impl WorkCell {
             recorder.lock().unwrap_or_else(PoisonError::into_inner).is_filmed()
         };
         let filming = recorder.is_some_and(is_filmed).then(|| {
-            Filming::new(
-                self.scripts.context().body().film(),
-                album.jobs(),
-                (self.setup.is_real_time, self.audience.sees_rehearsals),
-            )
+            let is_watched = self.audience.sees_rehearsals;
+            let film = self.scripts.context().body().film(is_watched);
+            Filming::new(film, album.jobs(), (self.setup.is_real_time, is_watched))
         });
         if let Some(filming) = &filming {
             self.audience.add(Box::new(filming.clone()));

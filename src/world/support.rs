@@ -64,6 +64,17 @@ fn top_of(
     Some((pose.origin().z + floor.unwrap_or_else(|| other.shape.height()), inset))
 }
 
+/// Whether a vessel at `pose` has `o` inside, with its base at `base`.
+pub fn holds(
+    vessel: &Object,
+    pose: &Pose<World, ObjectFrame>,
+    o: &Object,
+    base: nalgebra::Vector3<f64>,
+) -> bool {
+    vessel.inside().is_some_and(|inside| fits(o, &inside))
+        && top_of(vessel, pose, o, base).is_some_and(|(floor, _)| floor <= base.z + SUNK)
+}
+
 /// Whether a thing goes into a space whichever way it is turned about the vertical.
 pub fn fits(o: &Object, inside: &Shape) -> bool {
     o.shape.outer_radius() <= inside.inner_radius()
@@ -111,6 +122,13 @@ mod tests {
         let inside = of("high", 0.8, 0.05);
         assert_eq!(inside.name.as_deref(), Some("bowl"));
         assert!((inside.height - 0.003).abs() < 1e-12);
+        let (bowl, high) = (scene.object("bowl").unwrap(), scene.object("high").unwrap());
+        let has = |z: f64| {
+            let base = nalgebra::Vector3::new(0.8, 0.0, 0.003);
+            holds(bowl, &Pose::upright(0.8, 0.0, z, 0.0), high, base)
+        };
+        assert!(has(0.0));
+        assert!(!has(0.045), "it stands on the cube");
         let wide = cube("wide", 0.2);
         let on = below(&scene, &objects, &wide, &Pose::upright(0.8, 0.0, 0.06, 0.0));
         assert!((on.height - 0.06).abs() < 1e-12);

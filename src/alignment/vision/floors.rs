@@ -43,18 +43,24 @@ pub fn see_standing(
 }
 
 /// Returns how high what is below the place of a sighting bears a thing, m. What stands higher than where it was seen stands on
-/// it, if anything, and bears it nowhere.
+/// it, if anything, and bears it nowhere; nor does what is inside of it.
 fn floor(
     scene: &Scene,
     states: &[ObjectState],
     object: &Object,
     sighting: &Sighting,
 ) -> Option<f64> {
-    let at = sighting.world_from_object?.origin();
-    let is_lower = |state: &&ObjectState| {
-        state.world_from_object.is_some_and(|pose| pose.origin().z <= at.z + SAME_FLOOR)
+    let pose = sighting.world_from_object?;
+    let at = pose.origin();
+    let may_bear = |state: &&ObjectState| {
+        let (Some(other), Some(there)) = (scene.object(&state.name), state.world_from_object)
+        else {
+            return false;
+        };
+        let base = there.origin();
+        base.z <= at.z + SAME_FLOOR && !support::holds(object, &pose, other, base)
     };
-    let lower: Vec<ObjectState> = states.iter().filter(is_lower).cloned().collect();
+    let lower: Vec<ObjectState> = states.iter().filter(may_bear).cloned().collect();
     let above = Pose::upright(at.x, at.y, FAR_ABOVE, 0.0);
     Some(support::below(scene, &lower, object, &above).height)
 }

@@ -138,13 +138,13 @@ pub(super) fn common_look(at: &Candidate, ahead: f64) -> String {
     )
 }
 
-/// Another place fits nearly as well: by how much less, as a share.
+/// Another place fits nearly as well: by how much less, as a share; nothing or less where it fits as well.
 pub(super) fn another_place(at: &Candidate, behind: f64) -> String {
+    let percent = (100.0 * behind).round();
+    let better = if percent >= 1.0 { format!("only {percent:.0} %") } else { "no".to_owned() };
     format!(
-        "at ({:.3}, {:.3}) m it fits only {:.0} % better than at another place; clear the table or tell where to look",
-        at.x,
-        at.y,
-        100.0 * behind
+        "at ({:.3}, {:.3}) m it fits {better} better than at another place; clear the table or tell where to look",
+        at.x, at.y
     )
 }
 

@@ -31,6 +31,8 @@ const THICK: f64 = 0.011;
 const CLEAR: f64 = 0.004;
 /// Places along a handle at which it is asked whether a finger is there: 4 mm apart on a handle of 3 cm.
 const PLACES: i32 = 8;
+/// In so many steps to either side of the middle of a finger it is asked how wide a round thing is: 8 mm of a finger apart.
+const GIRTHS: i32 = 4;
 /// Directions from which a round object is approached. Chosen: 22.5 deg apart. With eight a table corner may hide all
 /// that are free; with 32 each costs as much again and two neighbours touch the same things.
 const AROUND_CYLINDER: i32 = 16;
@@ -50,6 +52,8 @@ pub(super) struct Grip {
 /// or not.
 pub(super) fn at_height(shape: &Shape, height: f64, pitch: f64) -> Vec<Grip> {
     let middle = Vector2::zeros();
+    // Half of the heights that a finger covers: a level one its pad's, one that points down its length.
+    let reach = FINGER * pitch.sin() + PAD * pitch.cos();
     match shape {
         Shape::Cuboid { size } => {
             // Moving along the object's x the fingers close on its y faces, and the other way round.
@@ -60,11 +64,11 @@ pub(super) fn at_height(shape: &Shape, height: f64, pitch: f64) -> Vec<Grip> {
             both.collect()
         }
         Shape::Cylinder { .. } | Shape::Lathe { .. } => {
-            let width = girth(shape, height);
+            let width = girth(shape, height, reach);
             let heading = |i: i32| f64::from(i) * TAU / f64::from(AROUND_CYLINDER);
             (0..AROUND_CYLINDER).map(|i| Grip { heading: heading(i), middle, width }).collect()
         }
-        Shape::Mesh { mesh } => of_mesh(mesh, height),
+        Shape::Mesh { mesh } => of_mesh(mesh, height, reach),
         Shape::Mug { mug } => at_height(&shape.body(), height, pitch)
             .into_iter()
             .filter(|grip| !meets_handle(mug, grip.heading, pitch))
@@ -94,8 +98,8 @@ fn meets_handle(mug: &Mug, heading: f64, pitch: f64) -> bool {
     })
 }
 
-fn of_mesh(mesh: &Mesh, height: f64) -> Vec<Grip> {
-    let held = mesh.axes().into_iter().filter_map(|axis| mesh.between(height, axis));
+fn of_mesh(mesh: &Mesh, height: f64, reach: f64) -> Vec<Grip> {
+    let held = mesh.axes().into_iter().filter_map(|axis| mesh.between(height, reach, axis));
     held.flat_map(|between| {
         [-FRAC_PI_2, FRAC_PI_2].map(|turn| Grip {
             heading: between.axis + turn,
@@ -131,12 +135,12 @@ pub(super) fn shares_up(shape: &Shape) -> Vec<f64> {
     }
 }
 
-/// Returns how wide a round thing is between pads at a height, m.
-fn girth(shape: &Shape, height: f64) -> f64 {
+/// Returns how wide a round thing is between fingers that cover the heights within `reach` of `height`, m.
+fn girth(shape: &Shape, height: f64, reach: f64) -> f64 {
     match shape {
         Shape::Lathe { profile } => {
-            let at = |up: f64| profile.radius_at(height + up);
-            2.0 * at(-PAD).max(at(0.0)).max(at(PAD))
+            let heights = (-GIRTHS..=GIRTHS).map(|k| f64::from(k) / f64::from(GIRTHS) * reach);
+            2.0 * heights.map(|up| profile.radius_at(height + up)).fold(0.0, f64::max)
         }
         _ => 2.0 * shape.inner_radius(),
     }
@@ -156,6 +160,21 @@ mod tests {
         let can = Shape::Cylinder { radius: 0.03, height: 0.1 };
         assert_eq!(at_height(&can, 0.05, 0.0).len(), 16);
         assert!((narrowest(&can).unwrap() - 0.06).abs() < 1e-12);
+    }
+
+    #[test]
+    fn fingers_from_above_stay_off_what_flares_below() {
+        // An upright wall of 16 mm on a foot, with a slope between them from 14 to 26 mm.
+        let outline =
+            [(0., 0.), (80., 0.), (80., 14.), (28., 14.), (16., 26.), (16., 74.), (0., 74.)];
+        let bracket = crate::world::mesh::drawn_out(&outline, 44.0);
+        let bracket = Mesh::new("bracket.stl", &bracket, 1e-3).unwrap();
+        let shape = Shape::Mesh { mesh: std::sync::Arc::new(bracket) };
+        let at = |height: f64, pitch: f64| at_height(&shape, height, pitch);
+        let across = |grips: Vec<Grip>| grips.iter().any(|grip| (grip.width - 0.016).abs() < 1e-9);
+        assert!(across(at(0.045, 0.0)), "level, the pads are above the slope");
+        assert!(!across(at(0.045, FRAC_PI_2)), "the tips would be on the slope");
+        assert!(across(at(0.062, FRAC_PI_2)));
     }
 
     #[test]

@@ -6,12 +6,13 @@
 //! touch and are kept clear of in `parts`, the lines that an eye sees in `lines`, what is between two fingers in
 //! [`section`]. Reading files is [`read`]'s. A mesh holds no water: its inside is not looked for.
 
+mod footprint;
 pub mod lines;
 mod parts;
 pub mod read;
 pub mod section;
+mod surface;
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::OnceLock;
 
@@ -21,8 +22,10 @@ use rapier3d_f64::parry::query::{PointQuery, Ray, RayCast};
 use rapier3d_f64::parry::shape::TriMesh;
 use serde::{Deserialize, Serialize};
 
+use footprint::{beyond, polygon};
 use lines::{Aspects, Edge};
 use read::Triangle;
+use surface::{bounds, closed, enclosed, welded};
 
 /// So many triangles a thing of a scene has at most: every photograph is compared with all of them, and 20,000 of a thing
 /// of 10 cm are smaller than a pixel of the kitchen's camera.
@@ -379,116 +382,6 @@ impl<'de> Deserialize<'de> for Mesh {
 /// Returns the engine's vector.
 fn engine(v: &Vector3<f64>) -> DVec3 {
     DVec3::new(v.x, v.y, v.z)
-}
-
-/// Returns the least and the greatest coordinates of points.
-fn bounds<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> (Vector3<f64>, Vector3<f64>) {
-    let none = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    points.fold(none, |(low, high), p| (low.inf(p), high.sup(p)))
-}
-
-/// Makes corners that lie within `same` of each other one; triangles that lose a corner by it are left out.
-fn welded(triangles: &[Triangle], same: f64) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
-    let mut known: BTreeMap<[i64; 3], u32> = BTreeMap::new();
-    let mut corners = Vec::new();
-    let mut number = |p: &Vector3<f64>| {
-        // What lies on the border between two cells is looked for in both.
-        let cell = |shift: f64| {
-            let at = p.map(|x| (x / same + shift).floor());
-            [at.x as i64, at.y as i64, at.z as i64]
-        };
-        let (here, there) = (cell(0.0), cell(0.5));
-        let [low, high] = [here, there].map(|c| [2 * c[0], 2 * c[1], 2 * c[2]]);
-        let high = high.map(|c| c + 1);
-        let found = known.get(&low).or_else(|| known.get(&high)).copied();
-        let number = found.unwrap_or_else(|| {
-            corners.push(*p);
-            (corners.len() - 1) as u32
-        });
-        known.entry(low).or_insert(number);
-        known.entry(high).or_insert(number);
-        number
-    };
-    let numbered: Vec<[u32; 3]> =
-        triangles.iter().map(|t| [number(&t[0]), number(&t[1]), number(&t[2])]).collect();
-    let whole = numbered.into_iter().filter(|[a, b, c]| a != b && b != c && a != c).collect();
-    (corners, whole)
-}
-
-/// Asks whether every edge has as many triangles on one side as on the other.
-fn closed(triangles: &[[u32; 3]]) -> Result<(), Fault> {
-    // How often an edge is passed upwards less how often downwards, and how often at all.
-    let mut passed: BTreeMap<(u32, u32), (i32, u32)> = BTreeMap::new();
-    for t in triangles {
-        for k in 0..3 {
-            let (a, b) = (t[k], t[(k + 1) % 3]);
-            let edge = passed.entry((a.min(b), a.max(b))).or_default();
-            edge.0 += if a < b { 1 } else { -1 };
-            edge.1 += 1;
-        }
-    }
-    let all = passed.len();
-    let open = passed.values().filter(|(_, count)| count % 2 == 1).count();
-    if open > 0 {
-        return Err(Fault::Open { open, all });
-    }
-    let turned = passed.values().filter(|(sum, _)| *sum != 0).count();
-    if turned > 0 { Err(Fault::Turned { turned, all }) } else { Ok(()) }
-}
-
-/// Returns the volume, m³, negative of a surface that is inside out, and its middle, m: the sum of the tetrahedra that the
-/// triangles make with the origin.
-fn enclosed(corners: &[Vector3<f64>], triangles: &[[u32; 3]]) -> (f64, Vector3<f64>) {
-    let (mut volume, mut moment) = (0.0, Vector3::zeros());
-    for t in triangles {
-        let [a, b, c] = t.map(|corner| corners[corner as usize]);
-        let part = a.dot(&b.cross(&c)) / 6.0;
-        volume += part;
-        moment += part * (a + b + c) / 4.0;
-    }
-    let middle = if volume == 0.0 { Vector3::zeros() } else { moment / volume };
-    (volume, middle)
-}
-
-/// Returns the convex polygon around points, against the clock (monotone chain).
-fn polygon(mut points: Vec<Vector2<f64>>) -> Vec<Vector2<f64>> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup_by(|a, b| (*a - *b).norm() < 1e-9);
-    if points.len() < 3 {
-        return points;
-    }
-    let mut around: Vec<Vector2<f64>> = Vec::new();
-    for half in [points.clone(), points.into_iter().rev().collect()] {
-        let from = around.len();
-        for p in half {
-            while around.len() >= from + 2 {
-                let (a, b) = (around[around.len() - 2], around[around.len() - 1]);
-                if (b - a).perp(&(p - a)) > 0.0 {
-                    break;
-                }
-                around.pop();
-            }
-            around.push(p);
-        }
-        around.pop();
-    }
-    around
-}
-
-/// Returns how far a point is outside a convex polygon given against the clock, m; negative inside, infinite where there is
-/// no area.
-fn beyond(polygon: &[Vector2<f64>], p: Vector2<f64>) -> f64 {
-    if polygon.len() < 3 {
-        return f64::INFINITY;
-    }
-    let (mut signed, mut apart) = (f64::NEG_INFINITY, f64::INFINITY);
-    for (i, a) in polygon.iter().enumerate() {
-        let along = polygon[(i + 1) % polygon.len()] - a;
-        signed = signed.max(-along.perp(&(p - a)) / along.norm().max(1e-12));
-        let t = ((p - a).dot(&along) / along.norm_squared().max(1e-18)).clamp(0.0, 1.0);
-        apart = apart.min((a + along * t - p).norm());
-    }
-    if signed > 0.0 { apart } else { signed }
 }
 
 /// A block and a step on it, for tests: 80 x 50 mm at the foot, 30 mm high, and 30 mm more over the lower half of x.

@@ -12,8 +12,9 @@ use rapier3d_f64::parry::glamx::DVec3;
 use rapier3d_f64::parry::transformation::try_convex_hull;
 use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 
+use super::engine;
 use super::read::Triangle;
-use super::{bounds, enclosed, engine};
+use super::surface::{bounds, enclosed};
 
 /// A hull that is larger than its mesh by less than this share stands for it whole. Chosen: the round edges and small
 /// dents of a part that is meant to be convex; with twice as much a step of a fifth of the height is filled.

@@ -1,6 +1,6 @@
 //! What of a mesh is between two fingers: where they touch it, and how far apart.
 //!
-//! Two fingers close level, along an axis, on the band of heights that their pads cover. They hold what has a flat place on
+//! Two fingers close level, along an axis, on the band of heights that they cover. They hold what has a flat place on
 //! either side there, one opposite the other. Whether the hand gets there is the planner's.
 
 use std::f64::consts::PI;
@@ -69,29 +69,29 @@ impl Mesh {
         found.iter().take(AXES).map(axis).collect()
     }
 
-    /// Returns what two fingers hold whose pads are at a height, m, and close along an axis, rad; `None` where they do not
-    /// find two sides opposite each other.
-    pub fn between(&self, height: f64, axis: f64) -> Option<Between> {
+    /// Returns what two fingers hold that cover the heights within `reach` of `height`, m, and close along an axis, rad;
+    /// `None` where they do not find two sides opposite each other.
+    pub fn between(&self, height: f64, reach: f64, axis: f64) -> Option<Between> {
         let along = Vector3::new(axis.cos(), axis.sin(), 0.0);
         let across = Vector3::new(-along.y, along.x, 0.0);
         let band: Vec<(usize, Vec<Vector3<f64>>)> = (0..self.triangles().len())
             .filter_map(|face| {
                 let corners = self.triangles()[face].map(|c| self.corners()[c as usize]);
-                let below = clipped(&corners, height - PAD, 1.0);
-                let cut = clipped(&below, height + PAD, -1.0);
+                let below = clipped(&corners, height - reach, 1.0);
+                let cut = clipped(&below, height + reach, -1.0);
                 (!cut.is_empty()).then_some((face, cut))
             })
             .collect();
         let side = |hand: f64| -> Option<Side> {
-            let reach = |p: &Vector3<f64>| hand * along.dot(p);
-            let most = band.iter().flat_map(|(_, cut)| cut).map(reach).fold(f64::MIN, f64::max);
+            let out = |p: &Vector3<f64>| hand * along.dot(p);
+            let most = band.iter().flat_map(|(_, cut)| cut).map(out).fold(f64::MIN, f64::max);
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
             let mut of = [f64::INFINITY, f64::NEG_INFINITY];
             for (face, cut) in &band {
                 if hand * along.dot(&self.normals()[*face]) < FACES {
                     continue;
                 }
-                for p in cut.iter().filter(|p| reach(p) > most - GIVES) {
+                for p in cut.iter().filter(|p| out(p) > most - GIVES) {
                     (low, high) = (low.min(p.z), high.max(p.z));
                     of = [of[0].min(across.dot(p)), of[1].max(across.dot(p))];
                 }
@@ -114,7 +114,7 @@ impl Mesh {
             let axes = self.axes();
             let heights = (1..HEIGHTS).map(|k| self.size().z * f64::from(k) / f64::from(HEIGHTS));
             heights
-                .flat_map(|z| axes.iter().filter_map(move |axis| self.between(z, *axis)))
+                .flat_map(|z| axes.iter().filter_map(move |axis| self.between(z, PAD, *axis)))
                 .map(|between| between.width)
                 .min_by(f64::total_cmp)
         })
@@ -150,13 +150,13 @@ mod tests {
         let step = step();
         let axes = step.axes();
         assert!(axes.len() == 2, "{axes:?}");
-        let low = step.between(0.0125, PI / 2.0).unwrap();
+        let low = step.between(0.0125, PAD, PI / 2.0).unwrap();
         assert!((low.width - 0.05).abs() < 1e-9);
         // As near to its middle as they hold it.
         assert!((low.middle - Vector2::new(step.middle().x, 0.0)).norm() < 1e-9);
-        let high = step.between(0.045, 0.0).unwrap();
+        let high = step.between(0.045, PAD, 0.0).unwrap();
         assert!((high.width - 0.03).abs() < 1e-9 && (high.middle.x + 0.025).abs() < 1e-9);
-        assert!((step.between(0.0125, 0.0).unwrap().width - 0.08).abs() < 1e-9);
+        assert!((step.between(0.0125, PAD, 0.0).unwrap().width - 0.08).abs() < 1e-9);
         assert!((step.least_between().unwrap() - 0.03).abs() < 1e-9);
     }
 
@@ -164,7 +164,7 @@ mod tests {
     fn a_wedge_is_not_held_by_its_slopes() {
         let wedge = drawn_out(&[(0.0, 0.0), (60.0, 0.0), (30.0, 60.0)], 50.0);
         let wedge = Mesh::new("wedge.stl", &wedge, 1e-3).unwrap();
-        assert!(wedge.between(0.03, 0.0).is_none());
-        assert!((wedge.between(0.03, PI / 2.0).unwrap().width - 0.05).abs() < 1e-9);
+        assert!(wedge.between(0.03, PAD, 0.0).is_none());
+        assert!((wedge.between(0.03, PAD, PI / 2.0).unwrap().width - 0.05).abs() < 1e-9);
     }
 }
