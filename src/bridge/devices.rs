@@ -1,7 +1,7 @@
 //! An arm, a camera and scales over one bridge.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -128,7 +128,7 @@ impl Camera for BridgeCamera {
     fn film(&self, is_watched: bool) -> Option<Box<dyn Film>> {
         // A picture takes the line that the arm is led by: none where time does not wait meanwhile. Nor where nobody looks
         // on, for it takes a while, and may draw a simulator's next noise.
-        let film = || BridgeFilm { link: self.link.clone(), is_slow: false };
+        let film = || BridgeFilm { link: self.link.clone(), rests_until: None };
         (is_watched && !self.is_realtime).then(|| Box::new(film()) as Box<dyn Film>)
     }
 }
@@ -139,14 +139,11 @@ fn decoded(png: &str) -> Result<RgbImage, String> {
     decode::decoded(&bytes).map_err(|error| error.to_string())
 }
 
-/// The longest that a picture of a film may take: two for each second of a simulator's time, and a run of a minute takes
-/// half a minute more.
-const LONGEST_GLANCE: Duration = Duration::from_millis(250);
-
-/// The camera behind a bridge as it films: not any more once a picture took too long.
+/// The camera behind a bridge as it films: after a picture for as long as it took none is taken, so that a run that is looked
+/// at takes twice its time at most.
 struct BridgeFilm {
     link: SharedLink,
-    is_slow: bool,
+    rests_until: Option<Instant>,
 }
 
 impl Film for BridgeFilm {
@@ -155,12 +152,12 @@ impl Film for BridgeFilm {
         reason = "what a picture costs is measured against the wall"
     )]
     fn shoot(&mut self, width: u32) -> Option<SmallShot> {
-        if self.is_slow {
+        let begin = Instant::now();
+        if self.rests_until.is_some_and(|end| begin < end) {
             return None;
         }
-        let begin = Instant::now();
         let png = lock(&self.link).glance();
-        self.is_slow = begin.elapsed() > LONGEST_GLANCE;
+        self.rests_until = Some(Instant::now() + begin.elapsed());
         let png = png?;
         Some(Box::new(move || {
             let image = decoded(&png).ok().filter(|image| image.width() > 0)?;

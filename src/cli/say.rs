@@ -88,7 +88,8 @@ pub(super) fn say(args: &SayArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     } else {
         style.say(report::sentence::told(&meaning));
     }
-    Ok(if matches!(meaning, Meaning::Clear(_)) { Exit::Yes } else { Exit::No })
+    let is_understood = matches!(meaning, Meaning::Clear(_) | Meaning::Asked { .. });
+    Ok(if is_understood { Exit::Yes } else { Exit::No })
 }
 
 /// Asks a model which call a sentence means. What it says counts only when it parses and checks like anything
@@ -181,6 +182,9 @@ fn document(meaning: &Meaning) -> Value {
             "meaning": "ambiguous", "question": question,
             "choices": choices.iter().map(call).collect::<Vec<_>>(),
         }),
+        Meaning::Asked { line, template } => {
+            json!({"meaning": "question", "line": line, "template": template})
+        }
         Meaning::Impossible { why, help } => {
             json!({"meaning": "impossible", "why": why, "help": help})
         }

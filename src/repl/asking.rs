@@ -24,6 +24,11 @@ impl Session<'_, '_> {
             self.tell_about(word);
             return Ok(true);
         }
+        if matches!(word, "y" | "yes" | "n" | "no") {
+            return Err(Failure::input("repl::unasked", format!("`{word}` answers nothing")).help(
+                "a question that was asked is gone with the next line; type the call again",
+            ));
+        }
         let meant = if LEAVING.contains(&word) { "quit" } else { word };
         if COMMANDS.iter().any(|command| command.name == meant) {
             return Err(Failure::input("repl::command", format!("nothing is called `{word}`"))
@@ -53,7 +58,7 @@ impl Session<'_, '_> {
         let Some(Step::Let(_, value, _)) = self.read_as("let value = ", line) else {
             return Ok(true);
         };
-        let worth = self.worth(&value)?;
+        let worth = self.measured(&value, false)?;
         self.style.say(format!("{line} = {worth}"));
         Ok(true)
     }
@@ -81,14 +86,21 @@ impl Session<'_, '_> {
         Ok(())
     }
 
-    /// What a quantity is now, in words.
+    /// What a quantity is now, as text of the language.
     pub(super) fn worth(&mut self, value: &Expr) -> Result<String, Failure> {
+        self.measured(value, true)
+    }
+
+    /// What a quantity is now, with all its digits or as people say it.
+    fn measured(&mut self, value: &Expr, is_whole: bool) -> Result<String, Failure> {
         let worth = self.bench.cell()?.quantity(value);
         let worth = worth.map_err(|error| report::cell_failure(&error, self.style))?;
-        worth.map(text::quantity).ok_or_else(|| {
-            let words = format!("unknown: `{}` has not been measured", text::expr(value));
-            Failure::no("repl::unknown_value", words)
-                .help("give a value such as `40 mL`, or `:look` first")
-        })
+        worth
+            .map(|worth| if is_whole { text::quantity(worth) } else { worth.to_string() })
+            .ok_or_else(|| {
+                let words = format!("unknown: `{}` has not been measured", text::expr(value));
+                Failure::no("repl::unknown_value", words)
+                    .help("give a value such as `40 mL`, or `:look` first")
+            })
     }
 }

@@ -19,7 +19,7 @@ fn help() -> String {
         "type a call:   pour(jar, cup)      pick(jar)      Tab completes, Up recalls\n\
          a sentence:    pour water from the jar into the cup\n\
          a value:       let dose = 40 mL, then pour(jar, cup, amount: dose); `it` is the last object\n\
-         a question:    visible(jar)      distance(jar, cup)      height(jar) > 5 cm\n\
+         a question:    visible(jar)      height(jar) > 5 cm      where is the jar?\n\
          a sum:         !150 * mL / 3\n\
          ?pour          what a name means: task, action, fluent, object\n\
          Ctrl-C         stops the arm and keeps the prompt; twice comes back at once\n",

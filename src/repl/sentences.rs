@@ -198,6 +198,13 @@ impl Session<'_, '_> {
                 self.style.say(format!("type a number from 1 to {}, or n", choices.len()));
                 self.pending = Some(Pending::Which(choices));
             }
+            Meaning::Asked { line, .. } => {
+                self.style.say(told);
+                match line.strip_prefix(':') {
+                    Some(command) => drop(self.command(command)),
+                    None => drop(self.asked(&line)?),
+                }
+            }
             Meaning::Impossible { .. } => self.style.say(told),
             Meaning::Unknown { help } => {
                 if self.proposed(said)? {

@@ -15,6 +15,7 @@ pub fn told(meaning: &Meaning) -> String {
             }
             text
         }
+        Meaning::Asked { line, .. } => format!("= {line}"),
         Meaning::Impossible { why, help } => {
             let help = help.as_ref().map(|help| format!("\n  {help}")).unwrap_or_default();
             format!("that cannot be done: {why}{help}")

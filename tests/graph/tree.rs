@@ -119,6 +119,7 @@ pub(crate) fn action(text: &str, params: Vec<Param>, needs: Vec<Expr>, gives: Ve
         was: Vec::new(),
         name: name(text),
         params,
+        say: Vec::new(),
         conditions: Conditions { needs, keeps: Vec::new(), gives },
         script: Some((format!("{text}.rhai"), at())),
         limit: None,

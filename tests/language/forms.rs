@@ -135,10 +135,10 @@ fn what_is_wrong_with_a_sentence_is_told() {
             "add `]` where it should end",
         ),
         (
-            "action a() { say \"hello\" run \"home.rhai\" }",
-            "task::syntax",
-            "only tasks have sentences",
-            "put it into the task that calls this action",
+            "action a() { say \"[hello\" run \"home.rhai\" }",
+            "task::template",
+            "`[` is never closed in the sentence",
+            "add `]` where it should end",
         ),
     ]);
 }

@@ -186,9 +186,16 @@ fn the_prompt_runs_steps_and_asks_for_more_when_a_text_is_open() {
     ] {
         assert!(is_incomplete(open), "{open}");
     }
-    for whole in
-        ["pour(jar, cup)", "", "check tall(jar)", "task t() { }", "pour(jar))", "fluent f() = a"]
-    {
+    for whole in [
+        "pour(jar, cup)",
+        "",
+        "check tall(jar)",
+        "task t() { }",
+        "pour(jar))",
+        "fluent f() = a",
+        "where is the jar?",
+        "pick up the jar!",
+    ] {
         assert!(!is_incomplete(whole), "{whole}");
     }
 }

@@ -262,6 +262,34 @@ const SAID: &[(&str, &str)] = &[
     ("pour the die into the red cup", "! `source` is a Container, and the die is a Graspable"),
     ("pick up the tray", "! `o` is a Graspable, and the tray is a Surface"),
     ("sing a song", "-"),
+    // What everybody tries first.
+    ("lift the die", "pick(die)"),
+    ("put down the die", "place(die)"),
+    ("hand the die over to me", "hand_over(die)"),
+    ("pour out the jar", "? which target: red cup or blue cup?"),
+    ("look again", "look()"),
+    ("take a photo", "look()"),
+    ("open the gripper", "open_gripper()"),
+    ("close your hand", "close_gripper()"),
+    ("go back home", "home()"),
+    // Questions.
+    ("Where is the jar?", "asks :objects"),
+    ("what do you see", "asks :objects"),
+    ("How much water is in the red cup?", "asks filled(red)"),
+    ("is the jar empty?", "asks filled(jar)"),
+    ("was anything spilt?", "asks spilt()"),
+    ("can you see the die", "asks visible(die)"),
+    ("Can you reach the blue cup?", "asks reachable(blue)"),
+    ("are you holding the die?", "asks held(die)"),
+    ("are you holding anything?", "asks held(any)"),
+    ("is the die on the tray?", "asks rests_on(die, tray)"),
+    ("how far is the die from the jar?", "asks distance(die, jar)"),
+    ("Is the jar above the red cup?", "asks above(jar, red)"),
+    ("what went wrong?", "asks :why"),
+    ("what can I say?", "asks :tasks"),
+    ("is the cup full?", "! which cup: red cup or blue cup?"),
+    ("is the kettle empty?", "! there is no kettle here"),
+    ("what is the meaning of life", "-"),
 ];
 
 #[test]
@@ -288,6 +316,7 @@ fn unlike(said: &[(&str, &str)], with: &Knowledge<'_>) -> String {
         let made = match understand(said, with) {
             Meaning::Clear(found) => found.text,
             Meaning::Ambiguous { question, .. } => format!("? {question}"),
+            Meaning::Asked { line, .. } => format!("asks {line}"),
             Meaning::Impossible { why, .. } => format!("! {why}"),
             Meaning::Unknown { .. } => "-".to_owned(),
         };

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::super::ast::{Call, Conditions, Expr, Param};
+use super::super::ast::{ActionItem, Call, Conditions, Expr, Param};
 use super::super::bind;
 use super::super::builtins;
 use super::super::library::{Callable, Library, Scope};
@@ -68,17 +68,11 @@ pub fn describe(library: &Library, scope: &Scope, name: &str) -> Option<String> 
                 let _ = write!(said, "\n  {word}  {}", text::expr(condition));
             }
         }
-        match callable {
-            Callable::Task(task) => {
-                for say in &task.say {
-                    let _ = write!(said, "\n  say    \"{}\"", say.text);
-                }
-            }
-            Callable::Action(action) => {
-                if let Some((script, _)) = &action.script {
-                    let _ = write!(said, "\n  run    {script}");
-                }
-            }
+        for say in callable.say() {
+            let _ = write!(said, "\n  say    \"{}\"", say.text);
+        }
+        if let Callable::Action(ActionItem { script: Some((script, _)), .. }) = callable {
+            let _ = write!(said, "\n  run    {script}");
         }
         let _ = write!(said, "\n  {}", source.place(callable.span()));
         return Some(said);

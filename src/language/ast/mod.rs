@@ -141,6 +141,8 @@ pub struct ActionItem {
     pub name: Name,
     /// Its parameters.
     pub params: Vec<Param>,
+    /// Sentence templates.
+    pub say: Vec<Text>,
     /// What must hold before, during and after.
     pub conditions: Conditions,
     /// The rhai script it runs.

@@ -241,6 +241,7 @@ impl<'a> Checker<'a> {
             let taken = self.library.callable(&was.text).is_some();
             self.was(was, taken, "task or action");
         }
+        self.sentences(&item.say, &item.params);
         self.conditions(&item.conditions, &names);
         if item.script.is_none() {
             self.tell(
@@ -255,6 +256,17 @@ impl<'a> Checker<'a> {
         }
         if let Some(limit) = item.limit {
             self.time("limit", limit.quantity, limit.span);
+        }
+    }
+
+    fn sentences(&mut self, said: &[Text], params: &[Param]) {
+        for say in said {
+            self.slots(say, params, "sentence");
+            if let Err(wrong) = Template::read(&say.text) {
+                let seen = "in this sentence";
+                let told = Diagnostic::error("task::template", say.span, wrong.message, seen);
+                self.tell(told.help(wrong.help));
+            }
         }
     }
 
@@ -276,20 +288,7 @@ impl<'a> Checker<'a> {
                     .help("write `repeat upto 3 times { … }` for what is done again"),
             );
         }
-        for say in &item.say {
-            self.slots(say, &item.params, "sentence");
-            if let Err(wrong) = Template::read(&say.text) {
-                self.tell(
-                    Diagnostic::error(
-                        "task::template",
-                        say.span,
-                        wrong.message,
-                        "in this sentence",
-                    )
-                    .help(wrong.help),
-                );
-            }
-        }
+        self.sentences(&item.say, &item.params);
         self.conditions(&item.conditions, &names);
         self.settled(&item.conditions.gives);
         if let Some(limit) = item.limit {

@@ -269,6 +269,15 @@ impl Library {
         })
     }
 
+    /// Returns all tasks and actions, by name.
+    pub fn callables(&self) -> impl Iterator<Item = Callable<'_>> {
+        self.all(Kind::Callable).filter_map(|(item, _)| match item {
+            Item::Task(task) => Some(Callable::Task(task)),
+            Item::Action(action) => Some(Callable::Action(action)),
+            _ => None,
+        })
+    }
+
     /// Returns all actions, by name.
     pub fn actions(&self) -> impl Iterator<Item = (&ActionItem, &Source)> {
         self.all(Kind::Callable).filter_map(|(item, source)| match item {
@@ -411,6 +420,14 @@ impl<'a> Callable<'a> {
         match self {
             Self::Task(task) => &task.params,
             Self::Action(action) => &action.params,
+        }
+    }
+
+    /// Returns the sentences that mean it.
+    pub fn say(self) -> &'a [super::ast::Text] {
+        match self {
+            Self::Task(task) => &task.say,
+            Self::Action(action) => &action.say,
         }
     }
 

@@ -105,6 +105,7 @@ impl<'a> Builder<'a> {
                         was: self.was(&pair),
                         name,
                         params,
+                        say: body.say,
                         conditions: body.conditions,
                         script: body.script,
                         limit: body.limit,

@@ -299,14 +299,6 @@ const HABITS: &[Habit] = &[
         help: |w| format!("write `on failure of {} {{ … }}`", w.text(2)),
     },
     Habit {
-        is_met: |w| w.text(0) == "say" && w.place == Place::Clause,
-        at: 0,
-        code: "task::syntax",
-        message: |_| "only tasks have sentences".into(),
-        label: "not in an action",
-        help: |_| "put it into the task that calls this action".into(),
-    },
-    Habit {
         is_met: |w| w.text(0) == "on" && w.place == Place::Item && w.text(1) == "failure",
         at: 0,
         code: "task::recovery",

@@ -114,7 +114,8 @@ pub fn is_incomplete(source: &str) -> bool {
     let text = last.text(source);
     match last.kind {
         Kind::Doc => true,
-        Kind::Sign => !matches!(text, "%" | "°"),
+        // A sentence ends with a mark; the language has none of these.
+        Kind::Sign => !matches!(text, "%" | "°" | "?" | "!" | "."),
         Kind::Word => matches!(
             text,
             "and"

@@ -11,6 +11,7 @@
 mod describe;
 mod fill;
 mod knowledge;
+mod question;
 mod relation;
 mod resolve;
 mod sequence;
@@ -70,6 +71,13 @@ pub enum Meaning {
         question: String,
         /// The calls, at most four.
         choices: Vec<Understood>,
+    },
+    /// A question; nothing moves for it.
+    Asked {
+        /// What the prompt is asked: a fluent, a quantity, or a command with its colon.
+        line: String,
+        /// The template that fits.
+        template: String,
     },
     /// The wish is understood and cannot be met.
     Impossible {
@@ -176,6 +184,9 @@ pub fn phrase(text: &str) -> Result<Phrase, Wrong> {
 /// Reads a sentence.
 pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
     let said = words(sentence);
+    if let Some(asked) = question::understand(&said, with) {
+        return asked;
+    }
     match one(&said, with) {
         whole @ (Meaning::Clear(_) | Meaning::Ambiguous { .. }) => whole,
         whole => sequence::understand(&said, with).unwrap_or(whole),
@@ -219,14 +230,14 @@ fn calls(
     }
     // What has been taught goes before what was there.
     if readings.is_empty() && hindrances.len() == before {
-        for (task, _) in with.library.tasks() {
-            for say in &task.say {
+        for callable in with.library.callables() {
+            for say in callable.say() {
                 let Ok(template) = Template::read(&say.text) else { continue };
                 let slots = template.fit(said, reach);
                 let Some(slots) = slots.filter(|slots| !slots.values().any(is_broken)) else {
                     continue;
                 };
-                let reading = filled(&task.name.text, &task.params, &template, &slots, with);
+                let reading = filled(callable.name(), callable.params(), &template, &slots, with);
                 collect(reading, &mut readings, hindrances, &mut question);
             }
         }
@@ -288,10 +299,14 @@ fn hindrance(reading: &Understood, with: &Knowledge<'_>) -> Option<String> {
 fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
     let spoken: Vec<&str> = said.split(' ').collect();
     let mut best: Option<(usize, String)> = None;
-    for (task, _) in with.library.tasks() {
-        for say in &task.say {
+    if question::begins(said) {
+        let thing = with.things.first().map_or("jar", Thing::shown);
+        return format!("ask \"where is the {thing}\", or for a condition such as `visible(jar)`");
+    }
+    for callable in with.library.callables() {
+        for say in callable.say() {
             let Ok(template) = Template::read(&say.text) else { continue };
-            let example = example(&template, &task.params, with);
+            let example = example(&template, callable.params(), with);
             let known: Vec<&str> = example.split(' ').collect();
             let shared = spoken.iter().filter(|word| known.contains(*word)).count();
             if best.as_ref().is_none_or(|(most, _)| shared > *most) {

@@ -1,6 +1,6 @@
 //! Types, fluents, actions, tasks and lines of a script as text, laid out.
 
-use super::super::ast::{ActionItem, FluentItem, Name, Param, Step, TaskItem, TypeItem};
+use super::super::ast::{ActionItem, FluentItem, Name, Param, Step, TaskItem, Text, TypeItem};
 use super::super::format;
 use super::steps::{braced, clauses, lines, recovery_lines, was};
 use super::{expr, quantity, quoted};
@@ -23,7 +23,8 @@ pub fn fluent(item: &FluentItem) -> String {
 
 /// Returns `action grasp(o: Graspable) { needs … run "…" }`.
 pub fn action(item: &ActionItem) -> String {
-    let mut parts = clauses(&item.conditions);
+    let mut parts = said(&item.say);
+    parts.extend(clauses(&item.conditions));
     parts.extend(item.script.as_ref().map(|(script, _)| format!("run {}", quoted(script))));
     parts.extend(item.limit.map(|limit| format!("limit {}", quantity(limit.quantity))));
     let head = head("action", &item.name, &item.params);
@@ -32,14 +33,17 @@ pub fn action(item: &ActionItem) -> String {
 
 /// Returns `task pick(o: Graspable) { … }`.
 pub fn task(item: &TaskItem) -> String {
-    let mut parts: Vec<String> =
-        item.say.iter().map(|say| format!("say {}", quoted(&say.text))).collect();
+    let mut parts = said(&item.say);
     parts.extend(clauses(&item.conditions));
     parts.extend(item.limit.map(|limit| format!("limit {}", quantity(limit.quantity))));
     parts.extend(item.steps.iter().map(lines));
     parts.extend(item.recoveries.iter().map(recovery_lines));
     let head = head("task", &item.name, &item.params);
     before(&item.doc, &was(&item.was), &format!("{head} {}", braced(&parts)))
+}
+
+fn said(say: &[Text]) -> Vec<String> {
+    say.iter().map(|say| format!("say {}", quoted(&say.text))).collect()
 }
 
 /// Returns a step at the top level of a script.

@@ -132,6 +132,7 @@ fn actions(graph: &Graph) -> Result<Vec<ActionItem>, Error> {
             was: Vec::new(),
             name: name(action),
             params: params.clone(),
+            say: Vec::new(),
             conditions: Conditions {
                 needs: causes.needs.clone(),
                 keeps: causes.keeps.clone(),
