@@ -1,6 +1,6 @@
 //! Where things stand, how big they are and what they hold, for sentences that tell things by that.
 
-use nalgebra::Vector3;
+use nalgebra::Point3;
 
 use super::{Error, WorkCell};
 use crate::language::sentence::Spot;
@@ -21,11 +21,13 @@ impl WorkCell {
         let spots = scene.objects.iter().filter_map(|object| {
             let known = state.object(&object.name)?;
             let pose = known.world_from_object?;
-            let middle = pose.isometry() * Vector3::new(0.0, 0.0, 0.5 * object.shape.height());
-            let seen = scene.world_from_base.isometry().inverse_transform_point(&middle.into());
+            let middle = pose.isometry() * Point3::new(0.0, 0.0, 0.5 * object.shape.height());
+            let seen = scene.world_from_base.isometry().inverse_transform_point(&middle);
             let spot = Spot {
                 left: seen.y,
                 ahead: seen.x,
+                at: [middle.x, middle.y],
+                facing: scene.world_from_base.yaw(),
                 radius: object.shape.outer_radius(),
                 height: object.shape.height(),
                 volume: object.shape.volume(),

@@ -1,5 +1,7 @@
 //! Sentences and the calls they mean.
 
+use std::f64::consts::FRAC_PI_2;
+
 use trueup::language::ast::Call;
 use trueup::language::sentence::{
     Knowledge, Meaning, Phrase, Spot, phrase, things, understand, words,
@@ -345,7 +347,8 @@ fn standing(name: &str) -> Option<Spot> {
         "jar" => Spot { ahead: 0.5, height: 0.14, water: Some(150e-6), ..round },
         "red" => Spot { left: 0.2, ahead: 0.52, water: Some(0.0), ..round },
         "blue" => Spot { left: -0.05, ahead: 0.695, water: Some(40e-6), volume: 600e-6, ..round },
-        "die" => Spot { left: 0.1, ahead: 0.3, ..small },
+        // As a base sees it that is turned by a right angle: its left is the world's -x.
+        "die" => Spot { left: 0.1, ahead: 0.3, at: [-0.1, 0.3], facing: FRAC_PI_2, ..small },
         "dark" => Spot { left: -0.3, ahead: 0.4, on: Some("tray".into()), ..small },
         "tray" => Spot { left: -0.3, ahead: 0.42, radius: 0.13, height: 0.02, ..round },
         _ => return None,
@@ -354,6 +357,11 @@ fn standing(name: &str) -> Option<Spot> {
 
 /// Things told by where they stand, how big they are and what is in them.
 const TOLD: &[(&str, &str)] = &[
+    // By how far and which way from where it stands.
+    ("move the white die 10 cm to the left", "put(die, at: point(-20 cm, 30 cm))"),
+    ("shift the white die 5cm further away", "put(die, at: point(-10 cm, 35 cm))"),
+    ("push the white die to the right by 25 millimetres", "push(die, point(-7.5 cm, 30 cm))"),
+    ("move the kettle 10 cm back", "! there is no kettle here"),
     ("pick up the cup left of the jar", "pick(red)"),
     ("pick up the cup that is behind the jar", "pick(blue)"),
     ("pick up the cup to the right of the jar", "! no cup is right of the jar"),

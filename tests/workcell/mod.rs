@@ -14,6 +14,7 @@ mod corrected;
 mod recorder;
 mod matching;
 mod shapes;
+mod spots;
 mod tools;
 mod trials;
 mod turned;

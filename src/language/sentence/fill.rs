@@ -14,7 +14,7 @@ use super::super::text;
 use super::knowledge::{Knowledge, Phrase, Thing, either};
 use super::resolve::{self, Found, Hindrance};
 use super::template::Template;
-use super::{Understood, relation};
+use super::{Understood, relation, shift};
 
 /// What one template makes of a sentence.
 pub(super) enum Reading {
@@ -64,7 +64,8 @@ pub(super) fn filled(
     }
     let question = which(&ways, with);
     for way in &mut ways {
-        if let Err(hindrance) = of_a_whole(way, params) {
+        let settled = of_a_whole(way, params).and_then(|()| shift::settle(way, with));
+        if let Err(hindrance) = settled {
             return Reading::Hindered(hindrance);
         }
     }

@@ -53,6 +53,10 @@ pub struct Spot {
     pub left: f64,
     /// Its middle, m ahead of the base.
     pub ahead: f64,
+    /// Its middle in the world, x and y, m.
+    pub at: [f64; 2],
+    /// Where ahead is, rad about z of the world.
+    pub facing: f64,
     /// The radius of the upright cylinder around it, m.
     pub radius: f64,
     /// Its height, m.

@@ -15,6 +15,7 @@ mod question;
 mod relation;
 mod resolve;
 mod sequence;
+mod shift;
 mod template;
 
 use super::ast::{Call, Param, SceneItem, Step};

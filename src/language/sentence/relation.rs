@@ -5,6 +5,7 @@
 
 use super::knowledge::Knowledge;
 use super::resolve::{self, Found, Hindrance};
+use super::shift;
 use crate::language::builtins::Ty;
 
 /// What people say, and what the language calls it; the longer before those that they hold.
@@ -37,6 +38,9 @@ const SAID: &[(&str, &str)] = &[
 /// Returns the ways to read a sentence in which relations are one word each, as the language writes them: one of them
 /// tells the place, after "at", the last first; or none does, and each tells which thing is meant.
 pub(super) fn readings(said: &str) -> Vec<String> {
+    if let Some(shifted) = shift::marked(said) {
+        return vec![shifted];
+    }
     let (mut rest, mut parts, mut words) = (said, Vec::new(), Vec::new());
     loop {
         let found = SAID.iter().filter_map(|(phrase, word)| {
@@ -90,6 +94,9 @@ pub(super) fn resolve(
     slot: &str,
     with: &Knowledge<'_>,
 ) -> Option<Result<Vec<Found>, Hindrance>> {
+    if let Some(found) = shift::resolve(said) {
+        return Some(Ok(vec![found]));
+    }
     // An article may stand before it, as it does in templates.
     let said = said.strip_prefix("the ").unwrap_or(said);
     let (word, rest) = said.split_once(' ')?;
