@@ -2,7 +2,8 @@
 //!
 //! `N` paths each (default 3) of two, three, five and nine corners: a line for each with its corners, the duration (s) and
 //! the least time of five to find it (µs). With `OUT` a file is written with a JSON line for each that has the limits
-//! (rad/s, rad/s², rad/s³) and the path as well, samples every 5 ms (rad): `benches/peers/toppra_times.py` reads it.
+//! (rad/s, rad/s², rad/s³) and the path as well: its corners, how far they are cut, and samples every 5 ms (rad).
+//! `benches/peers/toppra_times.py` and `benches/peers/jerk_bound.py` read it.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap here is an argument that is wrong")]
 #![expect(clippy::print_stdout, reason = "its output is what it is for")]
@@ -53,6 +54,8 @@ fn main() {
                 "duration_s": duration,
                 "time_us": least * 1e6,
                 "samples": samples,
+                "path": path,
+                "cut": CUT,
             });
             lines.push(line.to_string());
             println!("{corners} corners: {duration:.3} s, found in {:.0} us", least * 1e6);

@@ -176,30 +176,41 @@ impl Curve {
         self.knots.partition_point(|knot| *knot <= s).clamp(1, self.pieces.len()) - 1
     }
 
+    /// Returns the point at `s`, clamped to the ends.
+    pub(super) fn place(&self, s: f64) -> Vec<f64> {
+        let mut q = vec![0.0; self.end().len()];
+        self.place_on(self.piece_at(s), s, &mut q);
+        q
+    }
+
     /// As [`Self::at`], of the stretch numbered `piece`, into memory that is there already.
-    pub(super) fn on_piece(&self, piece: usize, s: f64, out: &mut At) {
+    fn on_piece(&self, piece: usize, s: f64, out: &mut At) {
         self.slopes(piece, s, out);
+        self.place_on(piece, s, &mut out.q);
+    }
+
+    fn place_on(&self, piece: usize, s: f64, out: &mut [f64]) {
         let u = self.share(piece, s);
         let h = self.knots[piece + 1] - self.knots[piece];
         match &self.pieces[piece] {
             Piece::Line { to, .. } | Piece::Corner { to, .. } | Piece::Cubic { to, .. }
                 if u >= 1.0 =>
             {
-                out.q.copy_from_slice(to);
+                out.copy_from_slice(to);
             }
             Piece::Line { from, to } => {
-                for (q, (from, to)) in out.q.iter_mut().zip(from.iter().zip(to)) {
+                for (q, (from, to)) in out.iter_mut().zip(from.iter().zip(to)) {
                     *q = from + u * (to - from);
                 }
             }
             Piece::Corner { from, corner, to } => {
                 let ([a, ..], [b, ..]) = bend(u);
-                for (i, q) in out.q.iter_mut().enumerate() {
+                for (i, q) in out.iter_mut().enumerate() {
                     *q = from[i] + a * (corner[i] - from[i]) + b * (to[i] - corner[i]);
                 }
             }
             Piece::Cubic { from, to, slope_from, slope_to } => {
-                for (i, q) in out.q.iter_mut().enumerate() {
+                for (i, q) in out.iter_mut().enumerate() {
                     let (a, b, d) = (h * slope_from[i], h * slope_to[i], to[i] - from[i]);
                     *q = from[i] + u * (a + u * (3.0 * d - 2.0 * a - b + u * (a + b - 2.0 * d)));
                 }

@@ -147,6 +147,14 @@ pub enum Error {
         /// Why.
         what: Untimed,
     },
+    /// Where an obstacle was seen is no place, or it was seen earlier than before.
+    #[error("the place of {name}, seen at {time} s, is not finite, or not later than the sight before")]
+    Sight {
+        /// Which obstacle.
+        name: String,
+        /// When it was seen, s.
+        time: f64,
+    },
     /// A search without a goal.
     #[error("no goal was given")]
     NoGoal,

@@ -2,7 +2,7 @@
 //!
 //! [`Robot`] is read from a URDF and constant. [`ik`] turns a pose into joint positions, [`rrt`] joint
 //! positions into a collision-free path through a [`collision::CollisionWorld`] by a search, [`rmpflow`] by policies, [`trajectory`] a path
-//! into joints over time within their limits. Nothing here knows physics beyond rigid-body torques, and
+//! into joints over time within their limits; [`giving_way`] moves on tick by tick among things that move. Nothing here knows physics beyond rigid-body torques, and
 //! nothing moves an arm.
 //!
 //! ```
@@ -70,8 +70,13 @@ pub mod rmpflow;
 pub mod free;
 mod curve;
 mod profile;
+mod linear;
+mod ramp;
+mod passage;
+mod passing;
 mod timing;
 pub mod trajectory;
+pub mod giving_way;
 pub mod cartesian;
 
 pub use budget::Budget;

@@ -86,6 +86,8 @@ pub struct Policy<'w> {
     /// The frame that the tip is fixed to, and where it stands there.
     tip: (Option<usize>, Frame),
     work: Gathered,
+    /// The least distance between a ball and what it keeps away from in the last step, m.
+    nearest: f64,
 }
 
 impl<'w> Policy<'w> {
@@ -107,7 +109,19 @@ impl<'w> Policy<'w> {
         let robot = world.robot();
         let (node, node_from_tip) = frames.links[robot.tip];
         let tip = (node, Frame::of(&node_from_tip));
-        Self { robot, frames, points, things, tip, work: Gathered::new(STEP) }
+        let (work, nearest) = (Gathered::new(STEP), f64::INFINITY);
+        Self { robot, frames, points, things, tip, work, nearest }
+    }
+
+    /// The robot that is moved.
+    pub(super) fn robot(&self) -> &'w Robot {
+        self.robot
+    }
+
+    /// Returns the least distance between a ball of the robot and what it keeps away from, as it was in the last step, m; no less
+    /// than the true one, infinite where nothing was within half a metre.
+    pub fn nearest(&self) -> f64 {
+        self.nearest
     }
 
     /// Says how fast an obstacle moves from now on, m/s; it goes on moving with every step.
@@ -128,24 +142,30 @@ impl<'w> Policy<'w> {
         }
     }
 
+    /// As [`Self::place`], of an obstacle of one or more parts that share a name, always given in the same order; what was not
+    /// there before is kept away from by all of the robot.
+    pub fn place_parts(&mut self, parts: &[Obstacle]) {
+        for (k, part) in parts.iter().enumerate() {
+            let body = Body::new(&part.solid);
+            let mut named = self.things.iter_mut().filter(|(name, ..)| *name == part.name);
+            if let Some((_, known, _)) = named.nth(k) {
+                *known = body;
+                continue;
+            }
+            for point in &mut self.points {
+                point.watched.push(self.things.len() as u32);
+            }
+            self.things.push((part.name.clone(), body, Vector3::zeros()));
+        }
+    }
+
     /// Moves the joints on by [`STEP`] s.
     ///
     /// # Errors
     ///
     /// [`Error::WrongLength`] and [`Error::NotFinite`] for joints or a posture that are none of this robot.
     pub fn step(&mut self, at: &mut Moving, target: &Target) -> Result<(), Error> {
-        self.robot.check(&at.q)?;
-        self.robot.check(&at.dq)?;
-        self.robot.check(&target.posture)?;
-        let mut work = std::mem::take(&mut self.work);
-        work.place(&self.frames, &at.q, &at.dq);
-        for point in &self.points {
-            self.keep_away(point, &mut work);
-        }
-        work.gather();
-        self.towards(target, &mut work);
-        self.within_limits(at, target, &mut work);
-        let pull = work.resolved();
+        let pull = self.pull(at, target)?;
         let norm = pull.iter().map(|a| a * a).sum::<f64>().sqrt();
         let share = if norm > MOST { MOST / norm } else { 1.0 };
         for (i, joint) in self.robot.joints().iter().enumerate() {
@@ -153,17 +173,41 @@ impl<'w> Policy<'w> {
             at.dq[i] = rate.clamp(-joint.velocity, joint.velocity);
             at.q[i] += STEP * at.dq[i];
         }
-        self.work = work;
+        self.carry_on();
+        Ok(())
+    }
+
+    /// Moves obstacles on by [`STEP`] s.
+    pub(super) fn carry_on(&mut self) {
         for (_, body, rate) in &mut self.things {
             let mut shift = Frame::base();
             shift.origin = *rate * STEP;
             *body = body.moved(&shift);
         }
-        Ok(())
     }
 
-    /// What is near a ball pushes it away.
-    fn keep_away(&self, point: &Point, work: &mut Gathered) {
+    /// Returns the acceleration of each joint that suits all, rad/s².
+    pub(super) fn pull(&mut self, at: &Moving, target: &Target) -> Result<Vec<f64>, Error> {
+        self.robot.check(&at.q)?;
+        self.robot.check(&at.dq)?;
+        self.robot.check(&target.posture)?;
+        let mut work = std::mem::take(&mut self.work);
+        work.place(&self.frames, &at.q, &at.dq);
+        self.nearest = f64::INFINITY;
+        for point in &self.points {
+            self.nearest = self.nearest.min(self.keep_away(point, &mut work));
+        }
+        work.gather();
+        self.towards(target, &mut work);
+        self.within_limits(at, target, &mut work);
+        let pull = work.resolved().to_vec();
+        self.work = work;
+        Ok(pull)
+    }
+
+    /// What is near a ball pushes it away; returns the least distance to it, m.
+    fn keep_away(&self, point: &Point, work: &mut Gathered) -> f64 {
+        let mut nearest = f64::INFINITY;
         let centre = work.placed[point.node].point(&point.centre);
         let (velocity, acceleration) = work.motion(point.node, &centre);
         for &thing in &point.watched {
@@ -176,6 +220,7 @@ impl<'w> Policy<'w> {
             if x > rmp::FELT {
                 continue;
             }
+            nearest = nearest.min(x);
             let passing = velocity - rate;
             let (dx, along) = (seen.away.dot(&passing), seen.along.dot(&passing));
             let bent = (passing.norm_squared() - dx * dx - along * along).max(0.0) * seen.bend;
@@ -185,6 +230,7 @@ impl<'w> Policy<'w> {
                 Vector6::new(seen.away.x, seen.away.y, seen.away.z, lever.x, lever.y, lever.z);
             work.add_on(point.node, &row, &pull, dx, seen.away.dot(&acceleration) + bent);
         }
+        nearest
     }
 
     /// The target pulls the tip's point and its axes.

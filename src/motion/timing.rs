@@ -1,16 +1,20 @@
 //! When a curve is where: as fast as the speed, acceleration and jerk of every joint allow, from rest to rest.
 //!
-//! The profile of [`super::profile`] changes its acceleration at once. Its mean over a window of time does so gradually,
-//! and follows the same curve: smoothing acts on how far along the arm is, not on where it goes. Where a limit is then
-//! passed, the profile is made slower there, and only there; what little is left slows the whole.
+//! A curve of straight edges and rounded corners is timed edge by edge and corner by corner ([`super::passing`]); a corner that
+//! then passes limits between the places where they were asked for is passed as much slower.
 //!
-//! Every stretch of the result is a cubic in time along a polynomial. It is looked at where its pieces meet, from both
-//! sides, and so often between that nothing grows by more than a stated margin.
+//! Any other is the mean of a profile over a window of time. The profile of [`super::profile`] changes its acceleration at once; its
+//! mean does so gradually, and follows the same curve: smoothing acts on how far along the arm is, not on where it goes. Where
+//! a limit is then passed, the profile is made slower there, and only there.
+//!
+//! What little is left over a limit slows the whole. Every stretch of the result is a cubic in time along a polynomial. It is
+//! looked at where its pieces meet, from both sides, and so often between that nothing grows by more than a stated margin.
 //!
 //! Source: smoothing by a moving average: Biagiotti and Melchiorri, "FIR filters for online trajectory planning
 //! with time- and frequency-domain specifications", Control Engineering Practice 2012.
 
 use super::curve::{At, Curve};
+use super::passing::{Passing, Spans};
 use super::polyline::mixed;
 use super::profile::{Limits, Profile, Shape, fastest};
 
@@ -25,25 +29,99 @@ const SHORT: f64 = 20.0;
 /// A share by which limits may be passed before another round is worth its time; the whole is slowed by it.
 const NEARLY: f64 = 1.003;
 
-/// Longest time between two looks, s.
+/// How often corners that pass limits are looked at and made slower. Chosen: after the first time hardly any passes them.
+const TRIES: usize = 3;
+
+/// Looks at each span of constant jerk in a corner, besides the one at its start. Chosen with [`MARGIN`] on random paths: with three,
+/// 45 of 600 with corners cut by 0.2 rad pass a limit of acceleration, by 0.1 %.
+const LOOKS: f64 = 4.0;
+
+/// Longest time between two looks elsewhere, s.
 const LOOK: f64 = 0.01;
 
 /// Between two looks speed, acceleration and jerk grow by no more than these factors. A speed bends away from a straight
 /// line by an eighth of the jerk limit times [`LOOK`] squared, 0.05 % where full speed takes 0.25 s and full acceleration
 /// 0.1 s; the others by what was measured on random paths (`tests/motion/trajectory.rs`).
-const MARGIN: [f64; 3] = [1.001, 1.003, 1.01];
+const MARGIN: [f64; 3] = [1.001, 1.004, 1.01];
 
 /// How far along a curve one is over time.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Timing {
-    profile: Profile,
-    /// Time that the profile is averaged over, s.
-    window: f64,
+pub(super) enum Timing {
+    /// The mean of a profile over a window.
+    Mean(Mean),
+    /// Edge by edge and corner by corner.
+    Spans(Spans),
 }
 
 impl Timing {
     /// Times a curve; also returns by how much the whole has to be slowed for the limits to hold (at least 1).
     pub(super) fn of(curve: &Curve, limits: &Limits) -> (Self, f64) {
+        let over = |list: &[f64], margin: f64| list.iter().map(|x| x / margin).collect();
+        let within = Limits {
+            velocity: over(&limits.velocity, MARGIN[0]),
+            acceleration: over(&limits.acceleration, MARGIN[1]),
+            jerk: over(&limits.jerk, MARGIN[2]),
+        };
+        if let Some((spans, stretch)) = by_corners(curve, limits, &within) {
+            return (Self::Spans(spans), stretch);
+        }
+        let (mean, stretch) = Mean::of(curve, limits);
+        (Self::Mean(mean), stretch)
+    }
+
+    /// Returns how long it takes, s.
+    pub(super) fn duration(&self) -> f64 {
+        match self {
+            Self::Mean(mean) => mean.duration(),
+            Self::Spans(spans) => spans.duration(),
+        }
+    }
+
+    /// Returns how far along the curve one is at `t`, and three rates of that.
+    pub(super) fn along(&self, t: f64) -> [f64; 4] {
+        match self {
+            Self::Mean(mean) => mean.along(t),
+            Self::Spans(spans) => spans.along(t),
+        }
+    }
+}
+
+/// Times a curve edge by edge and corner by corner, corners slower where they pass limits, if that can be.
+fn by_corners(curve: &Curve, limits: &Limits, within: &Limits) -> Option<(Spans, f64)> {
+    let mut passing = Passing::of(curve, within)?;
+    let mut looks = Looks::new(curve, limits);
+    let mut best: Option<(Spans, f64)> = None;
+    for _ in 0..TRIES {
+        let spans = passing.timed()?;
+        looks.begin();
+        let mut stretch = 1.0_f64;
+        for k in 0..spans.len() {
+            let passed = looks.span(&spans, k);
+            stretch = stretch.max(passed);
+            if passed > 1.0 { passing.exceeds(spans.piece(k), passed); }
+        }
+        if best.as_ref().is_none_or(|(best, by)| spans.duration() * stretch < best.duration() * by) {
+            best = Some((spans, stretch));
+        }
+        if stretch < NEARLY {
+            break;
+        }
+        passing.slow();
+    }
+    best
+}
+
+/// The mean of a profile over time.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Mean {
+    profile: Profile,
+    /// Time that the profile is averaged over, s.
+    window: f64,
+}
+
+impl Mean {
+    /// As [`Timing::of`].
+    fn of(curve: &Curve, limits: &Limits) -> (Self, f64) {
         let shape = Shape::of(curve, limits);
         let mut looks = Looks::new(curve, limits);
         let rises = limits.acceleration.iter().zip(&limits.jerk).map(|(a, j)| a / j * MARGIN[2]);
@@ -129,7 +207,7 @@ fn slower_where_passed(shape: &Shape, limits: &Limits, looks: &mut Looks, begin:
             *pace /= over;
         }
         let profile = fastest(shape, limits, &pace);
-        let round = Round::of(Timing { profile, window: best.timing.window }, looks);
+        let round = Round::of(Mean { profile, window: best.timing.window }, looks);
         over.clone_from(&round.over);
         stretch = round.stretch;
         if round.takes() < best.takes() {
@@ -141,14 +219,14 @@ fn slower_where_passed(shape: &Shape, limits: &Limits, looks: &mut Looks, begin:
 
 /// A timing that was looked at.
 struct Round {
-    timing: Timing,
+    timing: Mean,
     /// By how much the whole has to be slowed for the limits to hold, and each knot alone.
     stretch: f64,
     over: Vec<f64>,
 }
 
 impl Round {
-    fn of(timing: Timing, looks: &mut Looks) -> Self {
+    fn of(timing: Mean, looks: &mut Looks) -> Self {
         let mut over = vec![1.0; timing.profile.times().len()];
         let stretch = timing.excess(looks, &mut over);
         Self { timing, stretch, over }
@@ -224,6 +302,33 @@ impl<'c> Looks<'c> {
         passed.max(self.look([s, v, a, jerk]))
     }
 
+    /// As [`Self::through`], of a span of constant jerk on one stretch.
+    fn span(&mut self, spans: &Spans, k: usize) -> f64 {
+        let piece = spans.piece(k);
+        if piece != self.piece {
+            self.enter(piece);
+        }
+        let (from, to) = spans.times(k);
+        let [_, v_from, a_from, jerk] = spans.on(k, from);
+        let [_, v, a, _] = spans.on(k, to);
+        if self.straight.is_some() {
+            let mut passed = self.here([v_from, a_from, jerk]).max(self.here([v, a, jerk]));
+            if a_from * a < 0.0 {
+                let [_, highest, _, _] = spans.on(k, from - a_from / jerk);
+                passed = passed.max(self.here([highest, 0.0, jerk]));
+            }
+            return passed;
+        }
+        // Where one span ends the next begins: the curve was evaluated there.
+        let mut passed = self.here([v_from, a_from, jerk]);
+                for n in 1..=LOOKS as usize {
+            let [s, v, a, jerk] = spans.on(k, from + (to - from) * n as f64 / LOOKS);
+            self.curve.slopes(piece, s, &mut self.at);
+            passed = passed.max(self.here([v, a, jerk]));
+        }
+        passed
+    }
+
     /// Looks at `s`, passed at these rates. Where the curve's stretches meet since the look before, both sides of that are
     /// looked at.
     fn look(&mut self, [s, v, a, jerk]: [f64; 4]) -> f64 {
@@ -278,5 +383,45 @@ impl<'c> Looks<'c> {
             }
         }
         most
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::rngs::StdRng;
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    /// Corner by corner motions are quicker than averaged ones on all but a few paths, by a tenth in the mean.
+    #[test]
+    fn corner_by_corner_is_quicker() {
+        let limits = Limits::new(vec![1.4; 7], vec![6.0; 7]);
+        let mut random = StdRng::seed_from_u64(3);
+        let (mut by_corner, mut averaged, mut quicker) = (0.0, 0.0, 0);
+        for _ in 0..40 {
+            let mut corner = || (0..7).map(|_| random.random_range(-1.0..1.0)).collect();
+            let corners: Vec<Vec<f64>> = (0..5).map(|_| corner()).collect();
+            let curve = Curve::rounded(&corners, &[0.0, 0.05, 0.05, 0.05, 0.0]);
+            let (timing, stretch) = Timing::of(&curve, &limits);
+            assert!(matches!(timing, Timing::Spans(_)) && stretch < NEARLY);
+            let (mean, slower) = Mean::of(&curve, &limits);
+            let [one, other] = [timing.duration() * stretch, mean.duration() * slower];
+            by_corner += one;
+            averaged += other;
+            quicker += i32::from(one < other);
+        }
+        assert!(by_corner < 0.95 * averaged && quicker >= 38, "{by_corner} {averaged} {quicker}");
+    }
+
+    /// Where corners follow one another without a straight stretch between them, the mean takes over.
+    #[test]
+    fn corners_side_by_side_are_timed_too() {
+        let limits = Limits::new(vec![1.0; 2], vec![3.0; 2]);
+        let corners = [[0.0, 0.0], [0.2, 0.0], [0.2, 0.2], [0.4, 0.2]].map(|q| q.to_vec());
+        let curve = Curve::rounded(&corners, &[0.0, 0.1, 0.1, 0.0]);
+        let (timing, stretch) = Timing::of(&curve, &limits);
+        assert!(matches!(timing, Timing::Mean(_)));
+        assert!(timing.duration() * stretch > 0.4);
     }
 }

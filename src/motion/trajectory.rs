@@ -293,8 +293,9 @@ fn cut_corners(
             let bend = Curve::rounded(&[from, corners[i].clone(), to], &[0.0, cut, 0.0]);
             // Chords this short leave the curve by less than the 0.1 mm that `free` keeps.
             let chords = (bend.length() / 0.004).ceil().max(16.0) as usize;
-            let at = |k: usize| bend.at(bend.length() * k as f64 / chords as f64).q;
-            if (0..chords).all(|k| free(&at(k), &at(k + 1))) {
+            let at = |k: usize| bend.place(bend.length() * k as f64 / chords as f64);
+            let mut here = at(0);
+            if (1..=chords).all(|k| free(&std::mem::replace(&mut here, at(k)), &here)) {
                 cuts[i] = cut;
                 break;
             }

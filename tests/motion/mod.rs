@@ -8,6 +8,7 @@ mod ik;
 mod problems;
 mod reference;
 pub(crate) mod robots;
+mod giving_way;
 mod rmpflow;
 mod rrt;
 mod trajectory;
