@@ -148,7 +148,9 @@ pub enum Error {
         what: Untimed,
     },
     /// Where an obstacle was seen is no place, or it was seen earlier than before.
-    #[error("the place of {name}, seen at {time} s, is not finite, or not later than the sight before")]
+    #[error(
+        "the place of {name}, seen at {time} s, is not finite, or not later than the sight before"
+    )]
     Sight {
         /// Which obstacle.
         name: String,

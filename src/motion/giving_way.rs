@@ -57,6 +57,8 @@ impl<'w> GivingWay<'w> {
         policy.robot().check(q)?;
         // Two accelerations of opposite signs, a window apart, are what the mean changes by most.
         let slowest = limits.acceleration.iter().zip(&limits.jerk).map(|(a, j)| 2.0 * a / j);
+        // Rounding is not to pass a limit.
+        let limits = limits.scaled(1.0, 1.0 - 1e-9);
         let ticks = (slowest.fold(0.0, f64::max) / STEP).ceil().max(1.0) as usize;
         let none = vec![0.0; q.len()];
         let rest = Sample { q: q.to_vec(), dq: none.clone(), ddq: none.clone() };
@@ -84,7 +86,8 @@ impl<'w> GivingWay<'w> {
     /// [`Error::Sight`] for a place or a time that is none, and for a sight that is no later than the one before.
     pub fn sees(&mut self, time: f64, parts: &[Obstacle]) -> Result<(), Error> {
         let Some(first) = parts.first() else { return Ok(()) };
-        let numbers = |part: &Obstacle| part.solid.pose.to_homogeneous().iter().all(|x| x.is_finite());
+        let numbers =
+            |part: &Obstacle| part.solid.pose.to_homogeneous().iter().all(|x| x.is_finite());
         let last = self.seen.get(&first.name).and_then(|seen| seen.sights.back());
         let is_later = time.is_finite() && last.is_none_or(|(before, _)| *before < time);
         if !is_later || !parts.iter().all(numbers) {
@@ -92,7 +95,8 @@ impl<'w> GivingWay<'w> {
         }
         let seen = self.seen.entry(first.name.clone()).or_default();
         seen.sights.push_back((time, first.solid.pose.translation.vector));
-        while seen.sights.len() > 2 && seen.sights.front().is_some_and(|(t, _)| *t < time - RECENT) {
+        while seen.sights.len() > 2 && seen.sights.front().is_some_and(|(t, _)| *t < time - RECENT)
+        {
             seen.sights.pop_front();
         }
         seen.is_moving = true;

@@ -147,7 +147,8 @@ mod tests {
             let mut x = [0.0; 2];
             bounds.climb(&slope, &mut x);
             let n = bounds.most.len();
-            let keeps = |x: &[f64; 2]| (0..n).all(|k| dot(&bounds.row(k), x) <= bounds.most[k] + 1e-9);
+            let keeps =
+                |x: &[f64; 2]| (0..n).all(|k| dot(&bounds.row(k), x) <= bounds.most[k] + 1e-9);
             assert!(keeps(&x));
             for a in 0..n {
                 for b in 0..a {

@@ -52,7 +52,12 @@ impl Along {
 
     /// Returns the spans from the speed `from.0` and the acceleration `from.1`, which is a push or none, to `to.0` and `to.1`, which
     /// is a brake or none, over `length`; none where it is too short for that.
-    pub(super) fn between(&self, from: (f64, f64), to: (f64, f64), length: f64) -> Option<[Span; 7]> {
+    pub(super) fn between(
+        &self,
+        from: (f64, f64),
+        to: (f64, f64),
+        length: f64,
+    ) -> Option<[Span; 7]> {
         let (pushed, braked) = (from.1, -to.1);
         let least = |(v, a): (f64, f64)| v + a * a / (2.0 * self.j);
         let lowest = least(from).max(least((to.0, braked)));

@@ -98,9 +98,12 @@ fn by_corners(curve: &Curve, limits: &Limits, within: &Limits) -> Option<(Spans,
         for k in 0..spans.len() {
             let passed = looks.span(&spans, k);
             stretch = stretch.max(passed);
-            if passed > 1.0 { passing.exceeds(spans.piece(k), passed); }
+            if passed > 1.0 {
+                passing.exceeds(spans.piece(k), passed);
+            }
         }
-        if best.as_ref().is_none_or(|(best, by)| spans.duration() * stretch < best.duration() * by) {
+        if best.as_ref().is_none_or(|(best, by)| spans.duration() * stretch < best.duration() * by)
+        {
             best = Some((spans, stretch));
         }
         if stretch < NEARLY {
@@ -321,7 +324,7 @@ impl<'c> Looks<'c> {
         }
         // Where one span ends the next begins: the curve was evaluated there.
         let mut passed = self.here([v_from, a_from, jerk]);
-                for n in 1..=LOOKS as usize {
+        for n in 1..=LOOKS as usize {
             let [s, v, a, jerk] = spans.on(k, from + (to - from) * n as f64 / LOOKS);
             self.curve.slopes(piece, s, &mut self.at);
             passed = passed.max(self.here([v, a, jerk]));
