@@ -150,7 +150,7 @@ fn extend(
 ) -> Vec<Vec<(String, String, String)>> {
     let each = found.iter().map(|found| {
         let mut way = way.to_vec();
-        way.push((slot.to_owned(), said.to_owned(), found.value.clone()));
+        way.push((slot.to_owned(), relation::spoken(said), found.value.clone()));
         way
     });
     each.collect()

@@ -113,7 +113,13 @@ pub(super) fn resolve(
                 .collect());
         }
         let Some((a, b)) = rest.split_once(" and ") else {
-            return Err(between_two());
+            return match &all(rest, slot, with)[..] {
+                [a, b] => Ok(vec![Found {
+                    value: format!("between({}, {})", a.value, b.value),
+                    shown: format!("{shown} {} and {}", a.shown, b.shown),
+                }]),
+                _ => Err(between_two()),
+            };
         };
         let (first, second) = (thing(a)?, thing(b)?);
         let pairs = first.iter().flat_map(|a| second.iter().map(move |b| (a, b)));
@@ -125,6 +131,12 @@ pub(super) fn resolve(
             })
             .collect())
     })
+}
+
+/// Returns the things that a plural names: "the cups".
+fn all(said: &str, slot: &str, with: &Knowledge<'_>) -> Vec<Found> {
+    let one = said.strip_suffix('s').unwrap_or_default();
+    resolve::resolve(one, &Ty::Object(String::new()), slot, with).unwrap_or_default()
 }
 
 /// Returns the thing that a relation with one thing is told by: `cup` of `left_of(cup)`; any other value as it is.
