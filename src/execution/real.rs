@@ -9,7 +9,7 @@ use image::GrayImage;
 
 use crate::alignment::overlay::{annotate, outline_unknown};
 use crate::alignment::vision::{self, Sighting};
-use crate::twin::render::{ArmLook, NOTHING, Options, TABLE, View, render};
+use crate::twin::render::{ArmLook, View, solids};
 use crate::world::frame::{self, Tool, World};
 use crate::world::{Pose, Unknown, WorldState};
 
@@ -82,9 +82,8 @@ impl RealBody {
             .map(|(link, pose)| (link.name.clone(), world_from_base.isometry() * pose))
             .collect();
         let view = View::of_arm(&self.cell.scene, &self.look, &links);
-        let frame = render(camera, &view, &Options::quick());
         let (w, h) = (camera.intrinsics.width, camera.intrinsics.height);
-        let bodies = frame.ids.iter().map(|&id| if id == NOTHING || id == TABLE { 0 } else { 255 });
+        let bodies = solids(camera, &view).into_iter().map(|is_body| if is_body { 255 } else { 0 });
         let mask =
             GrayImage::from_raw(w, h, bodies.collect()).unwrap_or_else(|| GrayImage::new(w, h));
         // The arm is not quite where it says, and it casts a soft edge.

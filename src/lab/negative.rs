@@ -39,7 +39,7 @@ impl Negative {
         let drawn = window.map_or(whole, |window| {
             window.grown(sensor::reach(&self.exposure) + 1, render::SQUARE, &whole)
         });
-        let light = render::radiance(&self.camera.within(&drawn), &self.view, &self.options);
+        let light = render::light(&self.camera.within(&drawn), &self.view, &self.options);
         let photo = sensor::expose(&light, &self.exposure, self.key, (&drawn, &whole));
         let Some(part) = window else { return photo };
         let (u, v) = (part.u - drawn.u, part.v - drawn.v);

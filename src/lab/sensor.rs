@@ -5,11 +5,14 @@
 //!
 //! Source: EMVA 1288 for the noise (variance = read² + signal / full well).
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use image::RgbImage;
 use rayon::prelude::*;
 
 use super::truth::Exposure;
-use crate::twin::render::{Radiance, developed};
+use crate::twin::render::developed;
 use crate::world::Window;
 
 /// How far blur reaches, px.
@@ -17,72 +20,104 @@ pub(super) fn reach(exposure: &Exposure) -> u32 {
     (3.0 * exposure.blur).ceil() as u32
 }
 
-/// Returns the photo that a sensor takes of `light`, which falls on a part of the whole; `key` chooses the noise.
+/// How many rows are exposed at once: what is blurred of them stays at hand, and a fifth of it is blurred twice.
+const ROWS: usize = 32;
+
+/// Returns the photo that a sensor takes of `light`, row by row, which falls on a part of the whole; `key` chooses the noise.
 pub(super) fn expose(
-    drawn: &Radiance,
+    light: &[[f32; 3]],
     exposure: &Exposure,
     key: u64,
     (part, whole): (&Window, &Window),
 ) -> RgbImage {
-    let (width, height) = (drawn.width as usize, drawn.height as usize);
-    let light = blurred(&drawn.light, width, height, exposure.blur);
+    let (width, height) = (part.width as usize, part.height as usize);
+    let blur = Blur::new(exposure.blur);
     let mut bytes = vec![0; width * height * 3];
     let (cu, cv) = (f64::from(whole.width) / 2.0, f64::from(whole.height) / 2.0);
     let corner2 = (cu * cu + cv * cv).max(1.0);
-    bytes.par_chunks_mut((width * 3).max(1)).enumerate().for_each(|(v, row)| {
-        for u in 0..width {
-            let at = (u + part.u as usize, v + part.v as usize);
+    bytes.par_chunks_mut((width * 3 * ROWS).max(1)).enumerate().for_each(|(band, bytes)| {
+        let first = band * ROWS;
+        let rows = first..first + bytes.len() / (width * 3);
+        let soft = blur.rows(light, (width, height), rows);
+        for (at, (bytes, light)) in bytes.chunks_exact_mut(3).zip(soft.iter()).enumerate() {
+            let at = (at % width + part.u as usize, first + at / width + part.v as usize);
             let (du, dv) = (at.0 as f64 - cu, at.1 as f64 - cv);
             let fall = 1.0 - exposure.vignetting * (du * du + dv * dv) / corner2;
             for c in 0..3 {
-                let signal = f64::from(light[v * width + u][c]) * fall * exposure.gain[c];
+                let signal = f64::from(light[c]) * fall * exposure.gain[c];
                 let place = ((at.1 * whole.width as usize + at.0) * 3 + c) as u64;
                 let variance = exposure.read_noise * exposure.read_noise
                     + signal.max(0.0) / exposure.full_well;
                 // A film has none, and is drawn often.
                 let noise = if variance > 0.0 { variance.sqrt() * noise(key, place) } else { 0.0 };
-                row[3 * u + c] = developed((signal + noise) as f32);
+                bytes[c] = developed((signal + noise) as f32);
             }
         }
     });
-    RgbImage::from_raw(drawn.width, drawn.height, bytes)
+    RgbImage::from_raw(part.width, part.height, bytes)
         .expect("three bytes were made for each of width × height pixels")
 }
 
-/// Blurs with a Gaussian of `sigma` px, along rows and then columns; the border repeats.
-fn blurred(light: &[[f32; 3]], width: usize, height: usize, sigma: f64) -> Vec<[f32; 3]> {
-    if sigma < 1e-3 || light.is_empty() {
-        return light.to_vec();
+/// A Gaussian that light is blurred with; at the border it repeats.
+struct Blur {
+    /// What each pixel counts from `reach` before on; nothing where nothing is blurred.
+    weights: Vec<f32>,
+    reach: usize,
+}
+
+impl Blur {
+    /// Returns the Gaussian of `sigma` px.
+    fn new(sigma: f64) -> Self {
+        if sigma < 1e-3 {
+            return Self { weights: Vec::new(), reach: 0 };
+        }
+        let reach = (3.0 * sigma).ceil() as usize;
+        let weights: Vec<f32> = (0..=2 * reach)
+            .map(|k| (-0.5 * ((k as f64 - reach as f64) / sigma).powi(2)).exp() as f32)
+            .collect();
+        let total: f32 = weights.iter().sum();
+        Self { weights: weights.iter().map(|weight| weight / total).collect(), reach }
     }
-    let reach = (3.0 * sigma).ceil() as usize;
-    let weights: Vec<f32> = (0..=2 * reach)
-        .map(|k| (-0.5 * ((k as f64 - reach as f64) / sigma).powi(2)).exp() as f32)
-        .collect();
-    let total: f32 = weights.iter().sum();
-    let weights: Vec<f32> = weights.iter().map(|weight| weight / total).collect();
-    // Whole rows are added up with a shift: no pixel is asked where it lies.
-    let add = |sum: &mut [[f32; 3]], from: &[[f32; 3]], weight: f32| {
-        for (sum, x) in sum.as_flattened_mut().iter_mut().zip(from.as_flattened()) {
-            *sum += weight * x;
+
+    /// Returns some rows of a picture blurred, along rows and then columns.
+    fn rows<'l>(
+        &self,
+        light: &'l [[f32; 3]],
+        (width, height): (usize, usize),
+        rows: Range<usize>,
+    ) -> Cow<'l, [[f32; 3]]> {
+        if self.weights.is_empty() {
+            return Cow::Borrowed(&light[rows.start * width..rows.end * width]);
         }
-    };
-    let blank = vec![[0.0_f32; 3]; width * height];
-    let (mut across, mut both) = (blank.clone(), blank);
-    across.par_chunks_mut(width).zip(light.par_chunks(width)).for_each(|(sum, row)| {
-        let mut wide = vec![row[0]; reach];
-        wide.extend_from_slice(row);
-        wide.extend(std::iter::repeat_n(row[width - 1], reach));
-        for (k, &weight) in weights.iter().enumerate() {
-            add(sum, &wide[k..k + width], weight);
+        // Whole rows are added up with a shift: no pixel is asked where it lies.
+        let add = |sum: &mut [[f32; 3]], from: &[[f32; 3]], weight: f32| {
+            for (sum, x) in sum.as_flattened_mut().iter_mut().zip(from.as_flattened()) {
+                *sum += weight * x;
+            }
+        };
+        let reach = self.reach;
+        let (low, high) = (rows.start.saturating_sub(reach), (rows.end + reach).min(height));
+        let mut across = vec![[0.0_f32; 3]; width * (high - low)];
+        let mut wide = Vec::with_capacity(width + 2 * reach);
+        let sums = across.chunks_exact_mut(width);
+        for (sum, row) in sums.zip(light[low * width..].chunks_exact(width)) {
+            wide.clear();
+            wide.resize(reach, row[0]);
+            wide.extend_from_slice(row);
+            wide.resize(width + 2 * reach, row[width - 1]);
+            for (k, &weight) in self.weights.iter().enumerate() {
+                add(sum, &wide[k..k + width], weight);
+            }
         }
-    });
-    both.par_chunks_mut(width).enumerate().for_each(|(v, sum)| {
-        for (k, &weight) in weights.iter().enumerate() {
-            let row = (v + k).saturating_sub(reach).min(height - 1);
-            add(sum, &across[row * width..(row + 1) * width], weight);
+        let mut both = vec![[0.0_f32; 3]; width * rows.len()];
+        for (v, sum) in rows.zip(both.chunks_exact_mut(width)) {
+            for (k, &weight) in self.weights.iter().enumerate() {
+                let row = (v + k).saturating_sub(reach).min(height - 1) - low;
+                add(sum, &across[row * width..(row + 1) * width], weight);
+            }
         }
-    });
-    both
+        Cow::Owned(both)
+    }
 }
 
 /// Returns nearly normal noise of deviation 1: the sum of four even draws from one hash (Irwin and Hall).
@@ -114,7 +149,7 @@ mod tests {
     fn blur_keeps_the_light_and_its_middle() {
         let mut light = vec![[0.0_f32; 3]; 21 * 21];
         light[10 * 21 + 8] = [1.0, 2.0, 3.0];
-        let soft = blurred(&light, 21, 21, 1.2);
+        let soft = Blur::new(1.2).rows(&light, (21, 21), 0..21);
         let sum: f32 = soft.iter().map(|x| x[2]).sum();
         let middle: f32 =
             soft.iter().enumerate().map(|(k, x)| x[2] * (k % 21) as f32).sum::<f32>() / sum;

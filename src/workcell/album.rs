@@ -1,7 +1,8 @@
 //! The pictures of a run, drawn and encoded beside it: the arm does not wait for them.
 //!
-//! One thread draws them in the order they were asked for and tells the run's observers of each. What a picture
-//! shows is fixed when it is asked for; here it is only drawn. Where pictures are kept is the recorder's to know.
+//! A few that wait are drawn and coded side by side, since coding one takes one processor; the run's observers are told of
+//! each in the order in which they were asked for. What a picture shows is fixed when it is asked for; here it is only
+//! drawn. Where pictures are kept is the recorder's to know.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,6 +11,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use image::RgbImage;
+use rayon::prelude::*;
 
 use crate::arm::{Shot, SmallShot};
 use crate::trace::{Event, Still, Tryout, small_jpeg};
@@ -21,13 +23,16 @@ use super::roles::{Fan, tell};
 
 /// How many pictures back one may be asked for again: real and twin of the step before.
 const BACK: usize = 2;
+/// How many pictures are drawn side by side at most, each of up to 30 MB while it is drawn. Chosen: twice the processors of a
+/// small machine, so that one that takes long keeps none waiting.
+const AT_ONCE: usize = 4;
 
 /// What is to be done.
 pub(super) enum Job {
     /// Draw a picture and tell of it.
     Draw { name: String, shot: Shot, drawn: Sender<RgbImage> },
-    /// Tell of an earlier picture by another name.
-    Again { name: String, of: String },
+    /// Tell of an earlier picture by another name; where it is as new as a drawn one, it is known by that name from then on.
+    Again { name: String, of: String, is_newest: bool },
     /// Draw a moment of the film and tell of it.
     Moment(Box<Moment>),
     /// Draw how a rehearsal goes and tell of it.
@@ -97,7 +102,12 @@ impl Album {
 
     /// Asks for one of the last pictures under another name.
     pub(super) fn again(&self, name: String, of: String) {
-        self.send(Job::Again { name, of });
+        self.send(Job::Again { name, of, is_newest: false });
+    }
+
+    /// Asks for a picture that shows what one of the last did, of which it takes the place.
+    pub(super) fn same(&self, name: String, of: String) {
+        self.send(Job::Again { name, of, is_newest: true });
     }
 
     /// Returns where moments of the film are sent to.
@@ -128,42 +138,90 @@ impl Drop for Album {
     }
 }
 
+/// A job as far as it needs nobody else: drawn and coded.
+enum Done {
+    Drawn { name: String, image: RgbImage, event: Event, drawn: Sender<RgbImage> },
+    Again { name: String, of: String, is_newest: bool },
+    Told(Event),
+    End,
+}
+
+impl Job {
+    fn done(self) -> Done {
+        match self {
+            Self::Draw { name, shot, drawn } => {
+                let image = shot();
+                let event = Event::picture(name.as_str(), &image);
+                Done::Drawn { name, image, event, drawn }
+            }
+            Self::Again { name, of, is_newest } => Done::Again { name, of, is_newest },
+            Self::Moment(moment) => Done::Told(Event::Still(Arc::new(moment.drawn()))),
+            Self::Tryout(shown) => {
+                let (drawn, told) = *shown;
+                let picture = drawn.map(|(camera, view)| small(&camera, &view));
+                Done::Told(Event::Tryout(Arc::new(Tryout { picture, ..told })))
+            }
+            Self::End => Done::End,
+        }
+    }
+}
+
 fn small(camera: &Camera, view: &View) -> Vec<u8> {
     small_jpeg(&picture::draw_small(camera, view))
 }
 
-fn work(todo: &Receiver<Job>, fan: &Mutex<Fan>) -> Newest {
-    let whose = |name: &str| name.rsplit('-').next().map(str::to_owned);
-    let mut newest = Newest::new();
-    let mut last: Vec<(String, Arc<[u8]>)> = Vec::new();
-    while let Ok(job) = todo.recv() {
-        match job {
-            Job::Draw { name, shot, drawn } => {
-                let image = shot();
-                newest.retain(|(other, _)| whose(other) != whose(&name));
-                newest.push((name.clone(), image.clone()));
-                let event = Event::picture(name, &image);
+/// The pictures that may be asked for again.
+#[derive(Default)]
+struct Known {
+    newest: Newest,
+    /// The last ones as files.
+    last: Vec<(String, Arc<[u8]>)>,
+}
+
+impl Known {
+    /// Tells of what was done; returns whether there is more to do.
+    fn tell(&mut self, done: Done, fan: &Mutex<Fan>) -> bool {
+        match done {
+            Done::Drawn { name, image, event, drawn } => {
+                let whose = |name: &str| name.rsplit('-').next().map(str::to_owned);
+                self.newest.retain(|(other, _)| whose(other) != whose(&name));
+                self.newest.push((name, image.clone()));
                 tell(fan, &event);
                 if let Event::Picture { name, jpeg } = event {
-                    last.truncate(BACK - 1);
-                    last.insert(0, (name, jpeg));
+                    self.last.truncate(BACK - 1);
+                    self.last.insert(0, (name, jpeg));
                 }
                 // Few wait for it.
                 let _ = drawn.send(image);
             }
-            Job::Again { name, of } => {
-                if let Some((_, jpeg)) = last.iter().find(|(name, _)| *name == of) {
-                    tell(fan, &Event::Picture { name, jpeg: jpeg.clone() });
+            Done::Again { name, of, is_newest } => {
+                let found = self.last.iter_mut().find(|(name, _)| *name == of);
+                let Some((known_as, jpeg)) = found else { return true };
+                tell(fan, &Event::Picture { name: name.clone(), jpeg: jpeg.clone() });
+                if is_newest {
+                    known_as.clone_from(&name);
+                    if let Some((newest, _)) = self.newest.iter_mut().find(|(name, _)| *name == of)
+                    {
+                        *newest = name;
+                    }
                 }
             }
-            Job::Moment(moment) => tell(fan, &Event::Still(Arc::new(moment.drawn()))),
-            Job::Tryout(shown) => {
-                let (drawn, told) = *shown;
-                let picture = drawn.map(|(camera, view)| small(&camera, &view));
-                tell(fan, &Event::Tryout(Arc::new(Tryout { picture, ..told })));
-            }
-            Job::End => break,
+            Done::Told(event) => tell(fan, &event),
+            Done::End => return false,
+        }
+        true
+    }
+}
+
+fn work(todo: &Receiver<Job>, fan: &Mutex<Fan>) -> Newest {
+    let mut known = Known::default();
+    while let Ok(first) = todo.recv() {
+        let few: Vec<Job> =
+            std::iter::once(first).chain(todo.try_iter().take(AT_ONCE - 1)).collect();
+        let few: Vec<Done> = few.into_par_iter().map(Job::done).collect();
+        if !few.into_iter().all(|done| known.tell(done, fan)) {
+            break;
         }
     }
-    newest
+    known.newest
 }

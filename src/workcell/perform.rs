@@ -120,11 +120,7 @@ impl WorkCell {
             self.experience.moments.keep(number, memory, past);
             on.run.steps.push(record);
             on.keep()?;
-            let real = self.shoot()?.map(|shot| on.album.add(picture::after(number, "real"), shot));
-            let twin = rehearsal
-                .views
-                .get(k)
-                .map(|view| on.album.add(picture::after(number, "twin"), self.shoot_twin(view)));
+            let [real, twin] = self.show_after(on, rehearsal, k, number)?;
             if cut_short.is_none() && self.ask_model(on.run, real, twin) {
                 on.keep()?;
             }
@@ -165,6 +161,41 @@ impl WorkCell {
             twin.wait();
         }
         Ok(())
+    }
+
+    /// Takes the pictures after step `number`, which is number `k` of a rehearsal and was recorded, of camera and twin. After
+    /// a step in which no time passed all looks as before it, and is drawn again only where a model is to see it.
+    fn show_after(
+        &mut self,
+        on: &UnderWay<'_>,
+        rehearsal: &Rehearsal,
+        k: usize,
+        number: usize,
+    ) -> Result<[Option<Pending>; 2], Error> {
+        let name = |whose| picture::after(number, whose);
+        let same = |whose| on.album.same(name(whose), picture::after(number - 1, whose));
+        let may_share = k > 0 && self.audience.answerer.is_none();
+        let is_still = match &on.run.steps[..] {
+            [.., before, now] => may_share && now.interval_s[1] <= before.interval_s[1],
+            _ => false,
+        };
+        // The shutter opens all the same: the noise of a picture is that of its number.
+        let real = match self.shoot()? {
+            Some(_) if is_still => {
+                same("real");
+                None
+            }
+            shot => shot.map(|shot| on.album.add(name("real"), shot)),
+        };
+        let views = &rehearsal.views;
+        let twin = match views.get(k) {
+            Some(view) if may_share && views[k - 1] == *view => {
+                same("twin");
+                None
+            }
+            view => view.map(|view| on.album.add(name("twin"), self.shoot_twin(view))),
+        };
+        Ok([real, twin])
     }
 }
 

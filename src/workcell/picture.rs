@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 
 use crate::twin::Twin;
-use crate::twin::render::{ArmLook, Options, View, render};
+use crate::twin::render::{self, ArmLook, Options, View};
 use crate::world::Camera;
 
 /// How files of pictures end.
@@ -36,10 +36,10 @@ pub fn view(twin: &Twin, look: &ArmLook) -> View {
 
 /// Draws a view through a camera, small enough to keep a whole run of them.
 pub fn draw(camera: &Camera, view: &View) -> RgbImage {
-    render(camera, view, &Options { edge_samples: 4, ..Options::default() }).colour
+    render::picture(camera, view, &Options { edge_samples: 4, ..Options::default() })
 }
 
 /// Draws a view through a small camera, quickly: for the film.
 pub(super) fn draw_small(camera: &Camera, view: &View) -> RgbImage {
-    render(camera, view, &Options::film()).colour
+    render::picture(camera, view, &Options::film())
 }

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use image::RgbImage;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::arm::{Cancel, Feedback};
@@ -254,12 +255,13 @@ impl Recorder {
 
     /// Keeps the last pictures as they were drawn too, as PNG files: a run is judged by them.
     pub(super) fn keep_whole(&mut self, newest: &[(String, RgbImage)]) {
-        for (name, image) in newest {
-            let path = self.dir.join("frames").join(format!("{name}.png"));
-            if let Err(error) = write::picture(&path, image) {
-                self.fail(error);
-                return;
-            }
+        let frames = self.dir.join("frames");
+        let keep = |(name, image): &(String, RgbImage)| {
+            write::picture(&frames.join(format!("{name}.png")), image)
+        };
+        let kept: Vec<io::Result<()>> = newest.par_iter().map(keep).collect();
+        if let Some(error) = kept.into_iter().find_map(Result::err) {
+            self.fail(error);
         }
     }
 

@@ -171,20 +171,24 @@ impl WorkCell {
         let (graph, start) = (&graph, &start);
         let mut on = UnderWay { graph, start, run: &mut *run, recorder, album, filming };
         let attempted = self.attempt(&mut on);
-        let newest = on.album.finish();
-        if let Some(recorder) = recorder {
-            recorder.lock().unwrap_or_else(PoisonError::into_inner).keep_whole(&newest);
-        }
+        let UnderWay { album, .. } = on;
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
         let has_vessels = self.scene().objects.iter().any(|o| self.is_vessel(&o.name));
         if let Some(weighing) = weighing.as_ref().filter(|_| has_vessels) {
             run.water = Some(self.water(call, weighing));
         }
-        attempted?;
-        if run.outcome == Ending::Success {
-            self.judge(graph, start, weighing.as_ref(), run)?;
+        // The last pictures are drawn while what was reached is judged.
+        let judged = match attempted {
+            Ok(()) if run.outcome == Ending::Success => {
+                self.judge(graph, start, weighing.as_ref(), run)
+            }
+            attempted => attempted,
+        };
+        let newest = album.finish();
+        if let Some(recorder) = recorder {
+            recorder.lock().unwrap_or_else(PoisonError::into_inner).keep_whole(&newest);
         }
-        Ok(())
+        judged
     }
 
     /// Reads at the end what the call itself gives, with the scales' word on the water where there are

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use trueup::motion::Robot;
 use trueup::twin::render::{
     ArmLook, Ball, Body, FIRST_BODY, MARKER, NOTHING, Options, Paint, Shape, TABLE, View, WATER,
-    radiance, render,
+    light, picture, radiance, render, solids,
 };
 use trueup::world::{Camera, Intrinsics, Pixel, Point, Scene};
 
@@ -258,6 +258,25 @@ fn the_same_view_gives_the_same_bits_on_any_number_of_threads() {
         pool.install(|| radiance(&camera, &view, &Options::default()))
     };
     assert_eq!(draw(1), draw(3));
+}
+
+/// Who wants only a part of a picture gets the same bits of it.
+#[test]
+fn parts_of_a_picture_are_those_of_the_whole() {
+    let scene = kitchen::scene();
+    let mut camera = bent_camera(&scene);
+    // Not a whole number of squares.
+    camera.intrinsics = Intrinsics { k1: -0.1, ..Intrinsics::centred(225.0, 331, 187) };
+    let drops = [[0.72, 0.0, 0.3], [0.75, 0.05, 0.003]].map(Vector3::<f32>::from);
+    let view = view(&scene).with_water(&drops, 0.004);
+    for options in [Options::default(), Options::film(), Options::quick()] {
+        let (whole, drawn) = (render(&camera, &view, &options), radiance(&camera, &view, &options));
+        assert_eq!(picture(&camera, &view, &options), whole.colour);
+        assert_eq!(light(&camera, &view, &options), drawn.light);
+        let is_solid = |id: &u16| *id != NOTHING && *id != TABLE;
+        let expected: Vec<bool> = whole.ids.iter().map(is_solid).collect();
+        assert!(expected.contains(&true) && solids(&camera, &view) == expected);
+    }
 }
 
 /// `TRUEUP_PICTURES=folder cargo test pictures` writes pictures to look at; without it nothing is written.

@@ -254,8 +254,12 @@ impl Fluid {
         self.rest();
         self.stand();
         let share = (f64::from(self.dt) / FEEDBACK_TIME).min(1.0);
-        for k in 0..self.vessels.len() {
-            let (mass, com) = self.measure(k);
+        let mut counts = vec![0_usize; self.vessels.len()];
+        for k in (0..self.phase.len()).filter_map(|i| self.vessel_of(i)) {
+            counts[k] += 1;
+        }
+        for (k, n) in counts.into_iter().enumerate() {
+            let (mass, com) = self.measure(k, n);
             let felt = &mut self.vessels[k].felt;
             // Water that comes in brings its own place; the rest moves there gradually.
             felt.1 = if felt.0 > 0.0 { felt.1 + (com - felt.1) * share } else { com };
@@ -285,15 +289,31 @@ impl Fluid {
 
     /// Moves what stands in vessels, or clings to them, with them.
     fn ride(&mut self) {
+        let moved = |moving: &Moving, place: Vector3<f32>| {
+            let place = moving.world(&place);
+            (place, moving.velocity_at(&place))
+        };
+        // All that stands in a vessel is in one place.
+        let stands: Vec<_> =
+            self.vessels.iter().map(|moving| moved(moving, moving.stand.0.centre.cast())).collect();
         for i in 0..self.phase.len() {
-            let (k, place) = match self.phase[i] {
-                Phase::Standing(k) => (k, self.vessels[k].stand.0.centre.cast()),
-                Phase::Clinging(k) => (k, self.ride[i]),
-                _ => continue,
+            (self.position[i], self.velocity[i]) = match self.phase[i] {
+                Phase::Standing(k) => stands[k],
+                Phase::Clinging(k) => moved(&self.vessels[k], self.ride[i]),
+                Phase::Live | Phase::Spilt | Phase::Gone => continue,
             };
-            self.position[i] = self.vessels[k].world(&place);
-            self.velocity[i] = self.vessels[k].velocity_at(&self.position[i]);
         }
+    }
+
+    /// Returns how many particles stand in each vessel.
+    fn standing(&self) -> Vec<usize> {
+        let mut counts = vec![0; self.vessels.len()];
+        for phase in &self.phase {
+            if let Phase::Standing(k) = phase {
+                counts[*k] += 1;
+            }
+        }
+        counts
     }
 
     /// Lets what has fallen into a vessel join what stands there.
@@ -314,9 +334,8 @@ impl Fluid {
 
     /// Finds how the liquid of each vessel stands, where something has changed.
     fn stand(&mut self) {
-        for k in 0..self.vessels.len() {
-            let n = self.phase.iter().filter(|phase| **phase == Phase::Standing(k)).count();
-            let moving = &mut self.vessels[k];
+        let counts = self.standing();
+        for (moving, n) in self.vessels.iter_mut().zip(counts) {
             let up = moving.now.rotation.cast::<f64>().inverse() * moving.slosh.up;
             let (_, before, had) = &moving.stand;
             if n != *had || (up - before).norm() > STILL {
@@ -343,14 +362,17 @@ impl Fluid {
         }
     }
 
-    /// Returns mass (kg) and centre of mass (m, in the vessel's frame) of the water in vessel `k`.
-    fn measure(&self, k: usize) -> (f64, Vector3<f64>) {
-        (self.volume_in(k) * WATER_DENSITY, self.vessels[k].stand.0.centre)
+    /// Returns mass (kg) and centre of mass (m, in the vessel's frame) of the water in vessel `k`, which is `n` particles.
+    fn measure(&self, k: usize, n: usize) -> (f64, Vector3<f64>) {
+        (n as f64 * self.volume * WATER_DENSITY, self.vessels[k].stand.0.centre)
     }
 
     /// Returns the vessel a particle is in; of vessels in each other, the smaller.
     fn vessel_of(&self, i: usize) -> Option<usize> {
         let inside = self.inside[i];
+        if inside.count_ones() < 2 {
+            return (inside != 0).then(|| inside.trailing_zeros() as usize);
+        }
         (0..self.vessels.len()).filter(|k| inside & (1 << k) != 0).min_by(|&a, &b| {
             let volume = |k: usize| self.vessels[k].vessel.volume();
             volume(a).total_cmp(&volume(b))
@@ -369,13 +391,17 @@ impl Fluid {
 
     /// Returns the volume of water in vessel `k`, m³.
     pub fn volume_in(&self, k: usize) -> f64 {
-        let n = (0..self.phase.len()).filter(|&i| self.vessel_of(i) == Some(k)).count();
-        n as f64 * self.volume
+        self.count_in(k) as f64 * self.volume
+    }
+
+    /// Returns how many particles are in vessel `k`.
+    fn count_in(&self, k: usize) -> usize {
+        (0..self.phase.len()).filter(|&i| self.vessel_of(i) == Some(k)).count()
     }
 
     /// Returns the centre of mass of the water in vessel `k`, m, in its frame, if there is any.
     pub fn centre_in(&self, k: usize) -> Option<Vector3<f64>> {
-        let (mass, com) = self.measure(k);
+        let (mass, com) = self.measure(k, self.count_in(k));
         (mass > 0.0).then_some(com)
     }
 

@@ -60,9 +60,13 @@ impl Lip {
 impl Fluid {
     /// Lets liquid leave over its lip, and full vessels run over.
     pub(super) fn let_go(&mut self) {
-        for k in 0..self.vessels.len() {
+        // What leaves one vessel stands in none, so no vessel holds more than before.
+        let counts = self.standing();
+        for (k, n) in counts.into_iter().enumerate() {
             self.flow_out(k);
-            self.run_over(k);
+            if n > self.lips[k].most {
+                self.run_over(k);
+            }
         }
     }
 

@@ -78,25 +78,40 @@ pub struct Frame {
 pub fn render(camera: &Camera, view: &View, options: &Options) -> Frame {
     let Radiance { width, height, light, depth, ids, glass_ids } = radiance(camera, view, options);
     let mut bytes = vec![0; light.len() * 3];
-    bytes.par_chunks_mut(3 * 1024).zip(light.par_chunks(1024)).for_each(|(bytes, light)| {
-        for (bytes, light) in bytes.chunks_exact_mut(3).zip(light) {
-            bytes.copy_from_slice(&light.map(developed));
-        }
-    });
-    let colour = RgbImage::from_raw(width, height, bytes)
-        .expect("three bytes were made for each of width × height pixels");
-    Frame { colour, depth, ids, glass_ids }
+    bytes
+        .par_chunks_mut(3 * 1024)
+        .zip(light.par_chunks(1024))
+        .for_each(|(bytes, light)| develop(light, bytes));
+    Frame { colour: image_of(width, height, bytes), depth, ids, glass_ids }
+}
+
+/// Returns the colours of [`render`] alone, for which nothing else is kept.
+pub fn picture(camera: &Camera, view: &View, options: &Options) -> RgbImage {
+    let drawing = Drawing::new(camera, view, *options);
+    let (width, n) = (drawing.width, drawing.width * drawing.height);
+    let (mut bytes, mut keys) = (vec![0; 3 * n], vec![0_u32; n]);
+    let band = (width * TILE).max(1);
+    bytes.par_chunks_mut(3 * band).zip(keys.par_chunks_mut(band)).enumerate().for_each_init(
+        Vec::new,
+        |light, (row, (bytes, keys))| {
+            light.resize(keys.len(), [0.0; 3]);
+            drawing.first_looks(row, &mut Band { width, light, beside: None, keys });
+            develop(light, bytes);
+        },
+    );
+    if options.edge_samples > 1 {
+        let edges = Edges::new(&drawing, &keys);
+        bytes.par_chunks_mut((3 * width).max(1)).enumerate().for_each(|(v, row)| {
+            edges.look(v, |u, light| develop(&[light], &mut row[3 * u..3 * u + 3]));
+        });
+    }
+    image_of(camera.intrinsics.width, camera.intrinsics.height, bytes)
 }
 
 /// Draws a view as light, before a sensor makes numbers of it.
 pub fn radiance(camera: &Camera, view: &View, options: &Options) -> Radiance {
-    let (width, height) = (camera.intrinsics.width as usize, camera.intrinsics.height as usize);
-    let lens = Lens::new(camera);
-    let stage = Stage::new(view, *options, lens.centre);
-    let tiles = tile::tiles(&stage, &lens, width, height);
-    let columns = width.div_ceil(TILE);
-
-    let n = width * height;
+    let drawing = Drawing::new(camera, view, *options);
+    let (width, n) = (drawing.width, drawing.width * drawing.height);
     let mut drawn = Radiance {
         width: camera.intrinsics.width,
         height: camera.intrinsics.height,
@@ -106,8 +121,6 @@ pub fn radiance(camera: &Camera, view: &View, options: &Options) -> Radiance {
         glass_ids: vec![NOTHING; n],
     };
     let mut keys = vec![0_u32; n];
-    let plane = Plane::new(&lens, &stage.table);
-    let eye = Eye { stage: &stage, lens: &lens, plane: &plane };
     let band = (width * TILE).max(1);
     drawn
         .light
@@ -118,30 +131,136 @@ pub fn radiance(camera: &Camera, view: &View, options: &Options) -> Radiance {
         .zip(keys.par_chunks_mut(band))
         .enumerate()
         .for_each(|(row, ((((light, depth), ids), glass), keys))| {
-            let rows = light.len() / width;
-            let mut band = Band { width, light, depth, ids, glass, keys };
-            for column in 0..columns {
-                let tile = &tiles[row * columns + column];
-                let place = (column * TILE, row * TILE);
-                let size = (TILE.min(width - place.0), rows);
-                first_look(&eye, tile, place, size, &mut band);
-            }
+            let beside = Some(Beside { depth, ids, glass });
+            drawing.first_looks(row, &mut Band { width, light, beside, keys });
         });
-
-    if options.edge_samples > 1 {
-        let n = options.edge_samples;
-        let offsets: Vec<[f64; 2]> = (0..n).map(|k| offset(k, n)).collect();
-        drawn.light.par_chunks_mut(width.max(1)).enumerate().for_each(|(v, row)| {
-            let mut edges = Vec::new();
-            find_edges(&keys, width, height, v, &mut edges);
-            for &u in &edges {
-                let tile = &tiles[(v / TILE) * columns + u / TILE];
-                let (_, candidates) = tile.part(u % TILE, v % TILE);
-                row[u] = look_closely(&stage, &lens, candidates, (u, v), &offsets);
-            }
-        });
-    }
+    drawing.look_at_edges(&keys, &mut drawn.light);
     drawn
+}
+
+/// Returns the light of [`radiance`] alone, for which nothing else is kept.
+pub fn light(camera: &Camera, view: &View, options: &Options) -> Vec<[f32; 3]> {
+    let drawing = Drawing::new(camera, view, *options);
+    let (width, n) = (drawing.width, drawing.width * drawing.height);
+    let (mut light, mut keys) = (vec![[0.0; 3]; n], vec![0_u32; n]);
+    let band = (width * TILE).max(1);
+    light.par_chunks_mut(band).zip(keys.par_chunks_mut(band)).enumerate().for_each(
+        |(row, (light, keys))| {
+            drawing.first_looks(row, &mut Band { width, light, beside: None, keys });
+        },
+    );
+    drawing.look_at_edges(&keys, &mut light);
+    light
+}
+
+/// Returns where something opaque but the table is seen, row by row: nothing is lit for it.
+pub fn solids(camera: &Camera, view: &View) -> Vec<bool> {
+    let drawing = Drawing::new(camera, view, Options::quick());
+    let mut seen = vec![false; drawing.width * drawing.height];
+    let band = (drawing.width * TILE).max(1);
+    seen.par_chunks_mut(band).enumerate().for_each(|(row, seen)| drawing.find_solids(row, seen));
+    seen
+}
+
+/// Makes bytes of light.
+fn develop(light: &[[f32; 3]], bytes: &mut [u8]) {
+    for (bytes, [r, g, b]) in bytes.chunks_exact_mut(3).zip(light) {
+        bytes.copy_from_slice(&[developed(*r), developed(*g), developed(*b)]);
+    }
+}
+
+fn image_of(width: u32, height: u32, bytes: Vec<u8>) -> RgbImage {
+    RgbImage::from_raw(width, height, bytes)
+        .expect("three bytes were made for each of width × height pixels")
+}
+
+/// A view made ready to be drawn through a camera.
+struct Drawing<'v> {
+    stage: Stage<'v>,
+    lens: Lens,
+    plane: Plane,
+    tiles: Vec<Tile>,
+    /// Squares beside each other.
+    columns: usize,
+    width: usize,
+    height: usize,
+    /// Looks at a pixel where surfaces meet.
+    edge_samples: u16,
+}
+
+impl<'v> Drawing<'v> {
+    fn new(camera: &Camera, view: &'v View, options: Options) -> Self {
+        let (width, height) = (camera.intrinsics.width as usize, camera.intrinsics.height as usize);
+        let lens = Lens::new(camera);
+        let stage = Stage::new(view, options, lens.centre);
+        let tiles = tile::tiles(&stage, &lens, width, height);
+        let plane = Plane::new(&lens, &stage.table);
+        let (columns, edge_samples) = (width.div_ceil(TILE), options.edge_samples);
+        Self { stage, lens, plane, tiles, columns, width, height, edge_samples }
+    }
+
+    /// Looks once at each pixel of the squares of a row of them.
+    fn first_looks(&self, row: usize, band: &mut Band<'_>) {
+        let eye = Eye { stage: &self.stage, lens: &self.lens, plane: &self.plane };
+        let rows = band.light.len() / self.width;
+        for column in 0..self.columns {
+            let tile = &self.tiles[row * self.columns + column];
+            let place = (column * TILE, row * TILE);
+            let size = (TILE.min(self.width - place.0), rows);
+            first_look(&eye, tile, place, size, band);
+        }
+    }
+
+    /// Looks closely wherever neighbours saw different surfaces.
+    fn look_at_edges(&self, keys: &[u32], light: &mut [[f32; 3]]) {
+        if self.edge_samples > 1 {
+            let edges = Edges::new(self, keys);
+            light.par_chunks_mut(self.width.max(1)).enumerate().for_each(|(v, row)| {
+                edges.look(v, |u, light| row[u] = light);
+            });
+        }
+    }
+
+    /// Marks where something opaque but the table is seen in the squares of a row of them.
+    fn find_solids(&self, row: usize, seen: &mut [bool]) {
+        for (at, seen) in seen.iter_mut().enumerate() {
+            let (u, v) = (at % self.width, row * TILE + at / self.width);
+            let tile = &self.tiles[row * self.columns + u / TILE];
+            let (content, candidates) = tile.part(u % TILE, v % TILE);
+            if content == Content::Things {
+                let d = self.lens.direction(u as f64, v as f64).normalize();
+                let id = self.stage.id(&self.stage.see(self.lens.centre, d, Some(candidates), 0));
+                *seen = id != NOTHING && id != TABLE;
+            }
+        }
+    }
+}
+
+/// Where surfaces meet in a picture, to be looked at closely.
+struct Edges<'d> {
+    drawing: &'d Drawing<'d>,
+    keys: &'d [u32],
+    /// Where in a pixel.
+    offsets: Vec<[f64; 2]>,
+}
+
+impl<'d> Edges<'d> {
+    fn new(drawing: &'d Drawing<'_>, keys: &'d [u32]) -> Self {
+        let n = drawing.edge_samples;
+        Self { drawing, keys, offsets: (0..n).map(|k| offset(k, n)).collect() }
+    }
+
+    /// Looks at those of row `v` and hands out the light of each by its column.
+    fn look(&self, v: usize, mut put: impl FnMut(usize, [f32; 3])) {
+        let Drawing { stage, lens, tiles, columns, width, height, .. } = self.drawing;
+        let mut edges = Vec::new();
+        find_edges(self.keys, *width, *height, v, &mut edges);
+        for u in edges {
+            let tile = &tiles[(v / TILE) * columns + u / TILE];
+            let (_, candidates) = tile.part(u % TILE, v % TILE);
+            put(u, look_closely(stage, lens, candidates, (u, v), &self.offsets));
+        }
+    }
 }
 
 /// What looks: at what, and through which lens.
@@ -155,19 +274,26 @@ struct Eye<'e> {
 struct Band<'b> {
     width: usize,
     light: &'b mut [[f32; 3]],
+    beside: Option<Beside<'b>>,
+    keys: &'b mut [u32],
+}
+
+/// What is told of some rows of a picture beside their light.
+struct Beside<'b> {
     depth: &'b mut [f32],
     ids: &'b mut [u16],
     glass: &'b mut [u16],
-    keys: &'b mut [u32],
 }
 
 impl Band<'_> {
     #[inline]
     fn put(&mut self, at: usize, sample: &Sample) {
         self.light[at] = clamped(sample.light);
-        self.depth[at] = sample.distance as f32;
-        self.ids[at] = sample.id;
-        self.glass[at] = sample.glass;
+        if let Some(beside) = &mut self.beside {
+            beside.depth[at] = sample.distance as f32;
+            beside.ids[at] = sample.id;
+            beside.glass[at] = sample.glass;
+        }
         self.keys[at] = folded(sample.key);
     }
 }
@@ -219,9 +345,11 @@ fn room_row(first: Vector3<f32>, step: Vector3<f32>, stretch: Range<usize>, band
         let cut = |x: f32| x.clamp(0.0, BRIGHTEST);
         band.light[at] = [cut(light.x), cut(light.y), cut(light.z)];
     }
-    band.depth[stretch.clone()].fill(f32::INFINITY);
-    band.ids[stretch.clone()].fill(NOTHING);
-    band.glass[stretch.clone()].fill(NOTHING);
+    if let Some(beside) = &mut band.beside {
+        beside.depth[stretch.clone()].fill(f32::INFINITY);
+        beside.ids[stretch.clone()].fill(NOTHING);
+        beside.glass[stretch.clone()].fill(NOTHING);
+    }
     band.keys[stretch].fill(0);
 }
 
@@ -250,10 +378,12 @@ fn table_row(
         for (k, at) in here.clone().enumerate() {
             let [r, g, b, _] = light[k];
             band.light[at] = [r, g, b];
-            band.depth[at] = four.depth[k];
         }
-        band.ids[here.clone()].fill(TABLE);
-        band.glass[here.clone()].fill(NOTHING);
+        if let Some(beside) = &mut band.beside {
+            beside.depth[here.clone()].copy_from_slice(&four.depth[..here.len()]);
+            beside.ids[here.clone()].fill(TABLE);
+            beside.glass[here.clone()].fill(NOTHING);
+        }
         band.keys[here.clone()].fill(key);
         if !candidates.marks.is_empty() {
             for (k, (x, y)) in four.places().into_iter().enumerate().take(here.len()) {

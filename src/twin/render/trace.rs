@@ -140,6 +140,11 @@ impl<'a> Stage<'a> {
         Seen { solid, clear: clear.filter(|&(t, _)| t < distance && bounce < MOST_BOUNCES), mark }
     }
 
+    /// Returns what is opaque of what was seen.
+    pub(super) fn id(&self, seen: &Seen<'_>) -> u16 {
+        seen.solid.map_or(NOTHING, |(_, index)| self.things[index].id)
+    }
+
     /// Returns the mark at a place of the table, among those listed or any.
     #[inline]
     pub(super) fn mark_at(&self, x: f64, y: f64, listed: Option<&[u32]>) -> Option<&Mark> {
@@ -194,7 +199,7 @@ impl<'a> Stage<'a> {
         d: Vector3<f64>,
         bounce: u8,
     ) -> Sample {
-        let id = seen.solid.map_or(NOTHING, |(_, index)| self.things[index].id);
+        let id = self.id(seen);
         let distance = seen.solid.map_or(f64::INFINITY, |(hit, _)| hit.t);
         let mut sample =
             Sample { light: Rgb::zeros(), key: u64::from(id), distance, id, glass: NOTHING };
