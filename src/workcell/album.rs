@@ -21,8 +21,6 @@ use crate::world::Camera;
 use super::picture;
 use super::roles::{Fan, tell};
 
-/// How many pictures back one may be asked for again: real and twin of the step before.
-const BACK: usize = 2;
 /// How many pictures are drawn side by side at most, each of up to 30 MB while it is drawn. Chosen: twice the processors of a
 /// small machine, so that one that takes long keeps none waiting.
 const AT_ONCE: usize = 4;
@@ -31,7 +29,7 @@ const AT_ONCE: usize = 4;
 pub(super) enum Job {
     /// Draw a picture and tell of it.
     Draw { name: String, shot: Shot, drawn: Sender<RgbImage> },
-    /// Tell of an earlier picture by another name; where it is as new as a drawn one, it is known by that name from then on.
+    /// Tell of an earlier picture by another name too; where it is the newest of its kind, it is kept by that one.
     Again { name: String, of: String, is_newest: bool },
     /// Draw a moment of the film and tell of it.
     Moment(Box<Moment>),
@@ -100,12 +98,12 @@ impl Album {
         Pending(pending)
     }
 
-    /// Asks for one of the last pictures under another name.
+    /// Asks for the newest picture of the camera or of the twin under another name.
     pub(super) fn again(&self, name: String, of: String) {
         self.send(Job::Again { name, of, is_newest: false });
     }
 
-    /// Asks for a picture that shows what one of the last did, of which it takes the place.
+    /// The same for a picture that takes its place: nothing has changed.
     pub(super) fn same(&self, name: String, of: String) {
         self.send(Job::Again { name, of, is_newest: true });
     }
@@ -170,12 +168,17 @@ fn small(camera: &Camera, view: &View) -> Vec<u8> {
     small_jpeg(&picture::draw_small(camera, view))
 }
 
-/// The pictures that may be asked for again.
+/// Returns whose picture it is: the camera's or the twin's.
+fn whose(name: &str) -> Option<&str> {
+    name.rsplit('-').next()
+}
+
+/// The pictures that may be asked for again: the newest of the camera and of the twin.
 #[derive(Default)]
 struct Known {
     newest: Newest,
-    /// The last ones as files.
-    last: Vec<(String, Arc<[u8]>)>,
+    /// The same as files, each with its names.
+    files: Vec<(Vec<String>, Arc<[u8]>)>,
 }
 
 impl Known {
@@ -183,27 +186,24 @@ impl Known {
     fn tell(&mut self, done: Done, fan: &Mutex<Fan>) -> bool {
         match done {
             Done::Drawn { name, image, event, drawn } => {
-                let whose = |name: &str| name.rsplit('-').next().map(str::to_owned);
                 self.newest.retain(|(other, _)| whose(other) != whose(&name));
+                self.files.retain(|(names, _)| whose(&names[0]) != whose(&name));
                 self.newest.push((name, image.clone()));
                 tell(fan, &event);
                 if let Event::Picture { name, jpeg } = event {
-                    self.last.truncate(BACK - 1);
-                    self.last.insert(0, (name, jpeg));
+                    self.files.push((vec![name], jpeg));
                 }
                 // Few wait for it.
                 let _ = drawn.send(image);
             }
             Done::Again { name, of, is_newest } => {
-                let found = self.last.iter_mut().find(|(name, _)| *name == of);
-                let Some((known_as, jpeg)) = found else { return true };
+                let found = self.files.iter_mut().find(|(names, _)| names.contains(&of));
+                let Some((names, jpeg)) = found else { return true };
+                names.push(name.clone());
                 tell(fan, &Event::Picture { name: name.clone(), jpeg: jpeg.clone() });
-                if is_newest {
-                    known_as.clone_from(&name);
-                    if let Some((newest, _)) = self.newest.iter_mut().find(|(name, _)| *name == of)
-                    {
-                        *newest = name;
-                    }
+                let newest = self.newest.iter_mut().find(|(other, _)| whose(other) == whose(&name));
+                if let Some((newest, _)) = newest.filter(|_| is_newest) {
+                    *newest = name;
                 }
             }
             Done::Told(event) => tell(fan, &event),

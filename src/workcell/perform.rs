@@ -120,7 +120,7 @@ impl WorkCell {
             self.experience.moments.keep(number, memory, past);
             on.run.steps.push(record);
             on.keep()?;
-            let [real, twin] = self.show_after(on, rehearsal, k, number)?;
+            let [real, twin] = self.show_after(on, rehearsal, (k, number), begin)?;
             if cut_short.is_none() && self.ask_model(on.run, real, twin) {
                 on.keep()?;
             }
@@ -163,22 +163,26 @@ impl WorkCell {
         Ok(())
     }
 
-    /// Takes the pictures after step `number`, which is number `k` of a rehearsal and was recorded, of camera and twin. After
-    /// a step in which no time passed all looks as before it, and is drawn again only where a model is to see it.
+    /// Takes the pictures after step `number`, which is number `k` of a rehearsal, began at `begin`, s, and was recorded; of
+    /// camera and twin. After a step in which no time passed all looks as before it, and is drawn again only where a model is
+    /// to see it.
     fn show_after(
         &mut self,
         on: &UnderWay<'_>,
         rehearsal: &Rehearsal,
-        k: usize,
-        number: usize,
+        (k, number): (usize, usize),
+        begin: f64,
     ) -> Result<[Option<Pending>; 2], Error> {
         let name = |whose| picture::after(number, whose);
-        let same = |whose| on.album.same(name(whose), picture::after(number - 1, whose));
-        let may_share = k > 0 && self.audience.answerer.is_none();
-        let is_still = match &on.run.steps[..] {
-            [.., before, now] => may_share && now.interval_s[1] <= before.interval_s[1],
-            _ => false,
+        let same = |whose| on.album.same(name(whose), picture::before(number, whose));
+        let may_share = self.audience.answerer.is_none();
+        // When the pictures before the step were taken.
+        let since = match &on.run.steps[..] {
+            [.., last, _] if k > 0 && self.audience.lead.is_none() => last.interval_s[1],
+            _ => begin,
         };
+        let ended = on.run.steps.last().map(|now| now.interval_s[1]);
+        let is_still = may_share && ended.is_some_and(|ended| ended <= since);
         // The shutter opens all the same: the noise of a picture is that of its number.
         let real = match self.shoot()? {
             Some(_) if is_still => {
@@ -188,8 +192,12 @@ impl WorkCell {
             shot => shot.map(|shot| on.album.add(name("real"), shot)),
         };
         let views = &rehearsal.views;
+        let before = match k.checked_sub(1) {
+            Some(last) => views.get(last),
+            None => Some(&rehearsal.start),
+        };
         let twin = match views.get(k) {
-            Some(view) if may_share && views[k - 1] == *view => {
+            Some(view) if may_share && before == Some(view) => {
                 same("twin");
                 None
             }
