@@ -357,7 +357,7 @@ fn standing(name: &str) -> Option<Spot> {
 
 /// Things told by where they stand, how big they are and what is in them.
 const TOLD: &[(&str, &str)] = &[
-    ("put the white die between the cups", "put(die, at: between(red, blue))"),
+    ("move the white die between the cups", "put(die, at: between(red, blue))"),
     // By how far and which way from where it stands.
     ("move the white die 10 cm to the left", "put(die, at: point(-20 cm, 30 cm))"),
     ("shift the white die 5cm further away", "put(die, at: point(-10 cm, 35 cm))"),

@@ -150,7 +150,7 @@ fn extend(
 ) -> Vec<Vec<(String, String, String)>> {
     let each = found.iter().map(|found| {
         let mut way = way.to_vec();
-        way.push((slot.to_owned(), relation::spoken(said), found.value.clone()));
+        way.push((slot.to_owned(), said.to_owned(), found.value.clone()));
         way
     });
     each.collect()
@@ -249,7 +249,10 @@ fn checked(
             text: line,
             calls: vec![Call { span: Span::default(), ..act.call }],
             template: template.to_owned(),
-            slots,
+            slots: slots
+                .into_iter()
+                .map(|(slot, said, value)| (slot, relation::spoken(&said), value))
+                .collect(),
             defaults,
         }),
         _ => Err(Hindrance::new(format!("`{line}` is no call"), None)),
