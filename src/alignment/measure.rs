@@ -135,7 +135,7 @@ pub fn measure(
     camera: &Camera,
     mask: &GrayImage,
 ) -> Result<Measured, Unmeasured> {
-    let contour = Contour::of(mask, picture, &Hidden::default(), Material::Opaque)?;
+    let contour = Contour::smooth(mask, picture, &Hidden::default(), Material::Opaque)?;
     let own = contour.pixels.iter().zip(&contour.own).filter(|(_, own)| **own);
     let own: Vec<Vector2<f64>> = own.map(|(pixel, _)| *pixel).collect();
     let points: Vec<Vector2<f64>> =

@@ -380,9 +380,13 @@ impl<'a> Evidence<'a> {
         self.climb(from, 1, POINTS[1], CLIMB)
     }
 
-    /// Searches a window of the table; returns up to `FITTED` distinct candidates, best first.
-    pub fn search(&self, window: &Window) -> Searched {
+    /// Searches a window of the table; returns distinct candidates, best first: up to `FITTED` for each of the `n` things of
+    /// this look that may be in view, and no more than that of one place, so that the turns and the surroundings of the one
+    /// seen best do not crowd out the others.
+    pub fn search(&self, window: &Window, n: usize) -> Searched {
         let symmetry = self.object.shape.symmetry();
+        let place = self.object.shape.outer_radius();
+        let distinct = |all, kept| distinct(all, kept, symmetry, (n, place));
         let n_yaw = if symmetry > 0.0 { (symmetry / GRID_YAW).round() as usize } else { 1 };
         let steps = |range: [f64; 2]| {
             let n = ((range[1] - range[0]) / GRID_M).ceil().max(0.0) as usize;
@@ -405,13 +409,13 @@ impl<'a> Evidence<'a> {
                 })
             })
             .collect();
-        let coarse = distinct(all, COARSE, symmetry);
+        let coarse = distinct(all, COARSE);
         let finer: Vec<Candidate> =
             coarse.par_iter().map(|c| self.climb(c, 1, POINTS[1], CLIMB)).collect();
-        let alike = distinct(finer.clone(), COARSE, symmetry);
-        let finer = distinct(finer, FINER, symmetry);
+        let alike = distinct(finer.clone(), COARSE);
+        let finer = distinct(finer, FINER);
         let fitted: Vec<Candidate> = finer.par_iter().map(|c| self.fit(c)).collect();
-        Searched { best: distinct(fitted, (FITTED, FINER.1, FINER.2), symmetry), alike }
+        Searched { best: distinct(fitted, (FITTED, FINER.1, FINER.2)), alike }
     }
 
     /// Climbs to a nearby best score with halving steps.
@@ -499,11 +503,13 @@ pub(super) fn reduce(yaw: f64, shape: &Shape) -> f64 {
     if symmetry > 0.0 { yaw - symmetry * (yaw / symmetry).round() } else { 0.0 }
 }
 
-/// Keeps the best candidates that differ by more than `apart` m or `turned` rad, at most `n`.
+/// Keeps the best candidates that differ by more than `apart` m or `turned` rad: `most` of them times the `n` things that are
+/// looked for, and of each place, `wide` m, no more than `most`.
 fn distinct(
     mut candidates: Vec<Candidate>,
-    (n, apart, turned): (usize, f64, f64),
+    (most, apart, turned): (usize, f64, f64),
     symmetry: f64,
+    (n, wide): (usize, f64),
 ) -> Vec<Candidate> {
     candidates.sort_by(|a, b| b.score.total.total_cmp(&a.score.total));
     let mut kept: Vec<Candidate> = Vec::new();
@@ -517,9 +523,11 @@ fn distinct(
             };
             candidate.distance(other) < apart && turn < turned
         };
-        if !kept.iter().any(same) {
+        let is_crowded =
+            n > 1 && kept.iter().filter(|k| k.distance(&candidate) < wide).count() >= most;
+        if !is_crowded && !kept.iter().any(same) {
             kept.push(candidate);
-            if kept.len() == n {
+            if kept.len() == most * n {
                 break;
             }
         }
@@ -539,8 +547,6 @@ const CHROMATICITY: f32 = 0.09;
 /// face, a and b only by the lamp. With half of them a grey thing's own shaded side is another thing, with twice as
 /// much every table is grey.
 const GREY: [f32; 2] = [25.0, 8.0];
-/// How many candidates of each object are tried for a consistent choice: all that [`Evidence::search`] returns.
-const CHOICES: usize = FITTED;
 /// How much two things may overlap, m. Chosen: things are placed within 0.1 to 5 mm (`docs/results.md`), so that what
 /// stands side by side may be seen a little into each other. With half of it things that touch exclude each other;
 /// twice as much lets two things stand where hardly one does.
@@ -580,41 +586,62 @@ fn likeness(picture: &Picture, object: &Object) -> Option<Plane> {
 /// Says whether two things, each by its number and where it would be, cannot both be there.
 pub type Conflict<'a> = dyn Fn((usize, &Candidate), (usize, &Candidate)) -> bool + 'a;
 
-/// Chooses one candidate (or none) for each object so that no two are in `conflict` and the sum of the
-/// scores is largest. `None` costs `bar`, the score below which nothing is believed.
-pub fn assign(candidates: &[Vec<Candidate>], bar: f64, conflict: &Conflict) -> Vec<Option<usize>> {
-    fn go(
-        candidates: &[Vec<Candidate>],
-        bar: f64,
-        conflict: &Conflict,
-        chosen: &mut Vec<Option<usize>>,
-        sum: f64,
-        best: &mut (f64, Vec<Option<usize>>),
-    ) {
-        let at = chosen.len();
-        if at == candidates.len() {
-            if sum > best.0 {
-                *best = (sum, chosen.clone());
+/// A choice that is being made, one thing after the other.
+struct Choice<'a> {
+    candidates: &'a [Vec<Candidate>],
+    bar: f64,
+    conflict: &'a Conflict<'a>,
+    /// The most that this thing and those after it can add.
+    ahead: Vec<f64>,
+    chosen: Vec<Option<usize>>,
+    best: (f64, Vec<Option<usize>>),
+}
+
+impl Choice<'_> {
+    fn go(&mut self, sum: f64) {
+        let at = self.chosen.len();
+        if at == self.candidates.len() {
+            if sum > self.best.0 {
+                self.best = (sum, self.chosen.clone());
             }
             return;
         }
-        for (idx, candidate) in candidates[at].iter().enumerate().take(CHOICES) {
-            let free = chosen.iter().enumerate().all(|(other, choice)| {
-                choice.is_none_or(|c| !conflict((at, candidate), (other, &candidates[other][c])))
+        // What cannot become the best is not gone through.
+        if sum + self.ahead[at] <= self.best.0 {
+            return;
+        }
+        for (idx, candidate) in self.candidates[at].iter().enumerate() {
+            let free = self.chosen.iter().enumerate().all(|(other, choice)| {
+                choice.is_none_or(|c| {
+                    !(self.conflict)((at, candidate), (other, &self.candidates[other][c]))
+                })
             });
-            if free && candidate.score.total > bar {
-                chosen.push(Some(idx));
-                go(candidates, bar, conflict, chosen, sum + candidate.score.total, best);
-                chosen.pop();
+            if free && candidate.score.total > self.bar {
+                self.chosen.push(Some(idx));
+                self.go(sum + candidate.score.total);
+                self.chosen.pop();
             }
         }
-        chosen.push(None);
-        go(candidates, bar, conflict, chosen, sum + bar, best);
-        chosen.pop();
+        self.chosen.push(None);
+        self.go(sum + self.bar);
+        self.chosen.pop();
     }
-    let mut best = (f64::NEG_INFINITY, vec![None; candidates.len()]);
-    go(candidates, bar, conflict, &mut Vec::new(), 0.0, &mut best);
-    best.1
+}
+
+/// Chooses one candidate (or none) for each object so that no two are in `conflict` and the sum of the
+/// scores is largest. `None` costs `bar`, the score below which nothing is believed.
+pub fn assign(candidates: &[Vec<Candidate>], bar: f64, conflict: &Conflict) -> Vec<Option<usize>> {
+    let most = |all: &Vec<Candidate>| all.iter().map(|c| c.score.total).fold(bar, f64::max);
+    let mut ahead = vec![0.0; candidates.len()];
+    let mut sum = 0.0;
+    for (at, all) in candidates.iter().enumerate().rev() {
+        sum += most(all);
+        ahead[at] = sum;
+    }
+    let best = (f64::NEG_INFINITY, vec![None; candidates.len()]);
+    let mut choice = Choice { candidates, bar, conflict, ahead, chosen: Vec::new(), best };
+    choice.go(0.0);
+    choice.best.1
 }
 
 /// Returns whether two standing objects would share space, by more than `SLACK_M` of measurement error.

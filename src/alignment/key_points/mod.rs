@@ -4,13 +4,14 @@
 //! grouped by the three directions they can have (`cuboid`): neighbours of different directions meet in
 //! corners, and the corners, seen on the table and at the known height, place the solid. Of a cylinder
 //! (`cylinder`) the two upright sides and the arcs of foot and rim, which are pictures of circles, place
-//! the axis. Shape and size are taken as known; where to cut is the caller's business, and the mask is all
+//! the axis. Of any other form the whole silhouette is laid onto the contour (`silhouette`). Shape and size are taken as known; where to cut is the caller's business, and the mask is all
 //! that is shared with the search of [`super::placement`], so that each can judge the other.
 //!
 //! Source: the paper, section 2.2; Suzuki and Abe, CVGIP 1985 (borders); Douglas and Peucker, 1973.
 
 mod cuboid;
 mod cylinder;
+mod silhouette;
 
 use image::GrayImage;
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
@@ -78,9 +79,6 @@ pub enum Refused {
     /// The sides do not have the directions of a solid standing on the table.
     #[error("the contour has {0} key points, {1} are needed")]
     FewPoints(usize, usize),
-    /// What is neither a box nor a cylinder has no key points; its outline places it.
-    #[error("the contour of a thing that is neither a box nor a cylinder has no key points")]
-    Profile,
     /// The solid of the known size does not fit the contour.
     #[error("the known solid misses the contour by {0:.1} px")]
     Misfit(f64),
@@ -103,7 +101,8 @@ const SNAP_PX: f64 = 3.0;
 const MISFIT: f64 = 0.06;
 
 impl Contour {
-    pub(super) fn of(
+    /// The contour of a mask that has to be smooth.
+    pub(super) fn smooth(
         mask: &GrayImage,
         picture: &Picture,
         hidden: &Hidden,
@@ -113,6 +112,15 @@ impl Contour {
         if !smoothness.is_smooth() {
             return Err(Refused::Ragged(smoothness));
         }
+        Self::of(mask, picture, hidden, material)
+    }
+
+    pub(super) fn of(
+        mask: &GrayImage,
+        picture: &Picture,
+        hidden: &Hidden,
+        material: Material,
+    ) -> Result<Self, Refused> {
         let smooth = outer_border(mask, 2.0).ok_or(Refused::Empty)?;
         let n = smooth.len();
         let (w, h) = picture.size();
@@ -201,12 +209,15 @@ pub fn place(
     object: &Object,
     hidden: &Hidden,
 ) -> Result<Placed, Refused> {
-    let contour = Contour::of(mask, picture, hidden, object.material)?;
+    // What is said to have a neck or petals need not have a smooth contour; whether it is that contour, the fit tells.
+    let is_smooth = matches!(object.shape, Shape::Cuboid { .. } | Shape::Cylinder { .. });
+    let of = if is_smooth { Contour::smooth } else { Contour::of };
+    let contour = of(mask, picture, hidden, object.material)?;
     let placed = match object.shape {
         Shape::Cuboid { size } => cuboid::place(&contour, view, size)?,
         Shape::Cylinder { radius, height } => cylinder::place(&contour, view, radius, height)?,
         Shape::Lathe { .. } | Shape::Mesh { .. } | Shape::Mug { .. } => {
-            return Err(Refused::Profile);
+            silhouette::place(&contour, view, &object.shape)?
         }
     };
     let [u0, v0, u1, v1] = Outline::new(view, &object.shape, &placed.pose(), 4).bounds();

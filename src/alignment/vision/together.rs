@@ -62,6 +62,16 @@ impl<'a> Sought<'a> {
         }
     }
 
+    /// Whether a picture cannot tell it from another thing, and both are looked for in one place.
+    fn looks_as(&self, other: &Self) -> bool {
+        let (one, two) = (self.object, other.object);
+        one.shape == two.shape
+            && one.material == two.material
+            && one.colour == two.colour
+            && self.height.to_bits() == other.height.to_bits()
+            && self.window == other.window
+    }
+
     /// The middle of the thing at a place on its floor.
     fn middle(&self, at: &Candidate) -> Vector3<f64> {
         Vector3::new(at.x, at.y, self.height + 0.5 * self.object.shape.height())
@@ -161,13 +171,22 @@ impl Everything<'_> {
     fn searched(&self) -> Vec<Searched> {
         let [low, _, high, _] = self.table.corners();
         let everywhere = Window { x: [low[0], high[0]], y: [low[1], high[1]] };
+        // Things of one look are looked for once.
+        let first = |i: usize| (0..i).find(|j| self.sought[*j].looks_as(&self.sought[i]));
+        let firsts: Vec<usize> = (0..self.sought.len()).map(|i| first(i).unwrap_or(i)).collect();
         let search = |i: usize| {
+            if firsts[i] != i {
+                return None;
+            }
             let window = self.sought[i].window.unwrap_or(everywhere);
-            let mut searched = self.evidence(i, self.bare()).search(&window);
+            let n = firsts.iter().filter(|first| **first == i).count();
+            let mut searched = self.evidence(i, self.bare()).search(&window, n);
             searched.best = self.without_parts(i, searched.best);
-            searched
+            Some(searched)
         };
-        (0..self.sought.len()).into_par_iter().map(search).collect()
+        let searched: Vec<Option<Searched>> =
+            (0..self.sought.len()).into_par_iter().map(search).collect();
+        firsts.iter().map(|first| searched[*first].clone().unwrap_or_default()).collect()
     }
 
     /// Leaves out places at which a thing that is not convex would be seen as a part of what it is at another place that is
