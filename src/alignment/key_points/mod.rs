@@ -246,8 +246,10 @@ fn options(n: usize) -> fit::Options {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::{Camera, Intrinsics};
+    use crate::world::mug::Sizes;
+    use crate::world::{Camera, Intrinsics, Mug, Profile};
     use image::{Luma, Rgb, RgbImage};
+    use std::sync::Arc;
 
     fn view() -> Projector {
         let mut intrinsics = Intrinsics::centred(900.0, 1280, 720);
@@ -274,7 +276,7 @@ mod tests {
 
     /// A picture of one flat silhouette, and its mask.
     fn paint(view: &Projector, shape: &Shape, pose: &ObjectPose) -> (Picture, GrayImage) {
-        let outline = Outline::new(view, shape, pose, 40);
+        let outline = Outline::whole(view, shape, pose, 40);
         let inside = |x: u32, y: u32| outline.contains(Vector2::new(f64::from(x), f64::from(y)));
         let image = RgbImage::from_fn(1280, 720, |x, y| {
             Rgb(if inside(x, y) { [180, 40, 30] } else { [200, 176, 144] })
@@ -311,6 +313,28 @@ mod tests {
                 let slack = if shape.symmetry() > 0.0 { 2.0 } else { 6.0 };
                 assert!(miss < slack, "{shape:?}: {point:?} is {miss:.1} px off");
             }
+        }
+    }
+
+    /// A vase, a cup that opens upwards, a mug with its handle: by the whole silhouette.
+    #[test]
+    fn what_is_no_solid_is_placed_by_its_contour_too() {
+        let view = view();
+        let vase = [[0.03, 0.0], [0.04, 0.05], [0.032, 0.11]];
+        let mug = Sizes { radius: 0.042, height: 0.1, handle: 0.032, thick: 0.01 };
+        for (shape, x, y, yaw) in [
+            (Shape::Lathe { profile: Profile::new(&vase).unwrap() }, 0.6, 0.1, 0.0),
+            (Shape::Lathe { profile: Profile::cone(0.025, 0.04, 0.11).unwrap() }, 0.5, -0.2, 0.0),
+            (Shape::Mug { mug: Arc::new(Mug::new(mug).unwrap()) }, 0.55, -0.1, 1.2),
+        ] {
+            let pose = ObjectPose::upright(x, y, 0.0, yaw);
+            let (picture, mask) = paint(&view, &shape, &pose);
+            let placed =
+                place(&mask, &picture, &view, &object(shape.clone()), &Hidden::default()).unwrap();
+            let far = 1e3 * (placed.x - x).hypot(placed.y - y);
+            let turn = reduced(placed.yaw - yaw, shape.symmetry());
+            assert!(far < 1.5 && turn.abs() < 0.03, "{shape:?}: {far:.2} mm, {turn:.4} rad");
+            assert!(far < 4e3 * placed.std(), "{shape:?}: {far:.2} mm, std {} m", placed.std());
         }
     }
 

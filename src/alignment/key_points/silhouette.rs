@@ -4,7 +4,7 @@
 //! laid onto the contour instead: at several turns so that both have one middle, then so that every point of the contour lies
 //! on the nearest stretch of silhouette that faces the same way. Colours and inner lines have no part in it.
 //!
-//! Source: Besl and McKay, "A method for registration of 3-D shapes", PAMI 1992 (closest points); Chen and Medioni, "Object
+//! Source: Besl and `McKay`, "A method for registration of 3-D shapes", PAMI 1992 (closest points); Chen and Medioni, "Object
 //! modelling by registration of multiple range images", 1992 (distances along normals).
 
 use std::f64::consts::PI;
@@ -51,11 +51,7 @@ struct Laid {
 }
 
 /// Places a thing by its contour.
-pub(super) fn place(
-    contour: &Contour,
-    view: &Projector,
-    shape: &Shape,
-) -> Result<Placed, Refused> {
+pub(super) fn place(contour: &Contour, view: &Projector, shape: &Shape) -> Result<Placed, Refused> {
     let symmetry = shape.symmetry();
     let turns = (symmetry / TURN).ceil().max(1.0) as usize;
     let starts = (0..turns).filter_map(|k| {
@@ -115,8 +111,7 @@ fn laid(
     per_edge: usize,
 ) -> Option<(Laid, Vector3<f64>)> {
     let outline = Outline::new(view, shape, &pose(state.into()), per_edge);
-    let rim: Vec<&Sample> =
-        outline.samples.iter().filter(|s| s.kind == Kind::Silhouette).collect();
+    let rim: Vec<&Sample> = outline.samples.iter().filter(|s| s.kind == Kind::Silhouette).collect();
     let moved = [0, 1, 2].map(|k| {
         let mut at = state;
         at[k] += H;
