@@ -1,7 +1,7 @@
 //! The battery of sight: photographs of real tables and pictures painted into them, with the truth known.
 //!
 //! `cargo run --release --example sight_battery -- real|developed|held|fresh|cuts [--pictures DIR] [--out DIR] [--rows
-//! FILE]` sees every picture of that part and prints, for each object that a scene declares, whether it is there, whether it
+//! FILE] [--only TEXT]` sees every picture of that part and prints, for each object that a scene declares, whether it is there, whether it
 //! was found, how far off and how sure; at the end how often what was said with how much confidence was right. Half of what
 //! is declared is not there. `held` has other backgrounds and other seeds than `developed`, from which constants were taken;
 //! the weights of the probability were then fitted to `real`, `developed` and `held`. `fresh` has other things in other
@@ -41,6 +41,7 @@ fn main() {
     let folder = after("--pictures").or_else(|| absent::public("cleargrasp_transparent"));
     let desk = absent::public("visp_cube_cylinder");
     let out = after("--out");
+    let only = after("--only").map(|only| only.to_string_lossy().into_owned());
     let part = arguments.first().map_or("real", String::as_str);
     if part == "cuts" {
         if let Some(folder) = folder {
@@ -51,6 +52,9 @@ fn main() {
     let mut tally = score::Tally::default();
     let mut seconds = Vec::new();
     let mut run = |case: Case| {
+        if only.as_ref().is_some_and(|only| !case.name.contains(only)) {
+            return;
+        }
         let start = Instant::now();
         let seen = see(&case.image, &case.scene.camera, &case.scene, &Options::default()).unwrap();
         seconds.push(start.elapsed().as_secs_f64());

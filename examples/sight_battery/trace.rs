@@ -95,60 +95,6 @@ impl Thing {
         }
     }
 
-    fn turn(&self, v: P3, by: f64) -> P3 {
-        let (sin, cos) = (self.yaw * by).sin_cos();
-        P3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z)
-    }
-
-    /// Whether a ray passes by within the ball around the thing.
-    fn is_near(&self, origin: P3, way: P3, by: f64) -> bool {
-        let half = 0.5 * self.height();
-        let off = P3::new(self.at[0], self.at[1], half) - origin;
-        let beside = off - way * off.dot(&way);
-        let ball = match &self.body {
-            Body::Ball(centre, radius) => centre.xy().norm() + radius + half,
-            _ => self.reach().hypot(half),
-        };
-        beside.norm() < ball + by
-    }
-
-    fn hit(&self, origin: P3, way: P3) -> Option<Hit> {
-        if !self.is_near(origin, way, 0.0) {
-            return None;
-        }
-        let o = self.turn(origin - P3::new(self.at[0], self.at[1], 0.0), -1.0);
-        let d = self.turn(way, -1.0);
-        let (far, normal) = match &self.body {
-            Body::Cuboid(size) => {
-                let (low, high) = (
-                    P3::new(-size.x / 2.0, -size.y / 2.0, 0.0),
-                    P3::new(size.x / 2.0, size.y / 2.0, size.z),
-                );
-                let (mut near, mut end, mut normal) = (1e-6, f64::INFINITY, P3::zeros());
-                for k in 0..3 {
-                    let (a, b) = ((low[k] - o[k]) / d[k], (high[k] - o[k]) / d[k]);
-                    let (a, b) = (a.min(b), a.max(b));
-                    if a > near {
-                        near = a;
-                        normal = P3::zeros();
-                        normal[k] = -d[k].signum();
-                    }
-                    end = end.min(b);
-                }
-                (near < end && normal != P3::zeros()).then_some((near, normal))?
-            }
-            Body::Ball(centre, radius) => {
-                let off = o - centre;
-                let (b, c) = (off.dot(&d), off.norm_squared() - radius * radius);
-                let root = (b * b - c).max(-1.0);
-                let far = (root > 0.0 && -b - root.sqrt() > 1e-6).then(|| -b - root.sqrt())?;
-                (far, (off + d * far).normalize())
-            }
-            Body::Lathe(rings) => lathe(rings, o, d)?,
-        };
-        Some(Hit { far, normal: self.turn(normal, 1.0), local: o + d * far })
-    }
-
     fn coat(&self, at: P3) -> [f64; 3] {
         let along = match &self.body {
             Body::Cuboid(_) => at.x + at.y,
@@ -179,6 +125,77 @@ impl Thing {
             }
         };
         [0, 1, 2].map(|c| self.colour[c] * (1.0 - share) + self.second[c] * share)
+    }
+}
+
+/// A thing with what every ray asks of it.
+struct Placed<'a> {
+    thing: &'a Thing,
+    /// The ball around it: middle, and radius, m.
+    middle: P3,
+    ball: f64,
+    /// Sine and cosine of its turn, back and forth.
+    turns: [(f64, f64); 2],
+}
+
+impl<'a> Placed<'a> {
+    fn of(thing: &'a Thing) -> Self {
+        let half = 0.5 * thing.height();
+        let ball = match &thing.body {
+            Body::Ball(centre, radius) => centre.xy().norm() + radius + half,
+            _ => thing.reach().hypot(half),
+        };
+        let middle = P3::new(thing.at[0], thing.at[1], half);
+        Self { thing, middle, ball, turns: [-thing.yaw, thing.yaw].map(f64::sin_cos) }
+    }
+
+    fn turn(&self, v: P3, way: usize) -> P3 {
+        let (sin, cos) = self.turns[way];
+        P3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z)
+    }
+
+    /// Whether a ray passes by within the ball around the thing.
+    fn is_near(&self, origin: P3, way: P3, by: f64) -> bool {
+        let off = self.middle - origin;
+        let beside = off - way * off.dot(&way);
+        beside.norm() < self.ball + by
+    }
+
+    fn hit(&self, origin: P3, way: P3) -> Option<Hit> {
+        if !self.is_near(origin, way, 0.0) {
+            return None;
+        }
+        let o = self.turn(origin - P3::new(self.thing.at[0], self.thing.at[1], 0.0), 0);
+        let d = self.turn(way, 0);
+        let (far, normal) = match &self.thing.body {
+            Body::Cuboid(size) => {
+                let (low, high) = (
+                    P3::new(-size.x / 2.0, -size.y / 2.0, 0.0),
+                    P3::new(size.x / 2.0, size.y / 2.0, size.z),
+                );
+                let (mut near, mut end, mut normal) = (1e-6, f64::INFINITY, P3::zeros());
+                for k in 0..3 {
+                    let (a, b) = ((low[k] - o[k]) / d[k], (high[k] - o[k]) / d[k]);
+                    let (a, b) = (a.min(b), a.max(b));
+                    if a > near {
+                        near = a;
+                        normal = P3::zeros();
+                        normal[k] = -d[k].signum();
+                    }
+                    end = end.min(b);
+                }
+                (near < end && normal != P3::zeros()).then_some((near, normal))?
+            }
+            Body::Ball(centre, radius) => {
+                let off = o - centre;
+                let (b, c) = (off.dot(&d), off.norm_squared() - radius * radius);
+                let root = (b * b - c).max(-1.0);
+                let far = (root > 0.0 && -b - root.sqrt() > 1e-6).then(|| -b - root.sqrt())?;
+                (far, (off + d * far).normalize())
+            }
+            Body::Lathe(rings) => lathe(rings, o, d)?,
+        };
+        Some(Hit { far, normal: self.turn(normal, 1), local: o + d * far })
     }
 }
 
@@ -239,11 +256,16 @@ pub(crate) fn draw(
     seed: u64,
 ) -> RgbImage {
     let (sun, eye) = (sun(seed), camera.world_from_camera.origin());
+    let things: Vec<Placed> = things.iter().map(Placed::of).collect();
+    let lamp = [0.0, 1.0, 2.0, 3.0].map(|k| {
+        let side = std::f64::consts::FRAC_PI_2 * k;
+        (sun + P3::new(0.06 * side.cos(), 0.06 * side.sin(), 0.0)).normalize()
+    });
     let (w, h) = background.dimensions();
     let nearest = |ray: &Ray| {
         things
             .iter()
-            .filter_map(|t| Some((t, t.hit(ray.origin, ray.direction)?)))
+            .filter_map(|t| Some((t.thing, t.hit(ray.origin, ray.direction)?)))
             .min_by(|a, b| a.1.far.total_cmp(&b.1.far))
     };
     let behind = |u: f64, v: f64| {
@@ -253,12 +275,9 @@ pub(crate) fn draw(
     };
     // A soft shadow: four rays to a lamp that has some width.
     let shade = |at: P3| {
-        let lit = (0..4).filter(|k| {
-            let side = std::f64::consts::FRAC_PI_2 * f64::from(*k);
-            let way = (sun + P3::new(0.06 * side.cos(), 0.06 * side.sin(), 0.0)).normalize();
-            !things
-                .iter()
-                .any(|t| !matches!(t.paint, Paint::Glass) && t.hit(at + 1e-4 * way, way).is_some())
+        let lit = lamp.iter().filter(|way| {
+            let is_hit = |t: &Placed| t.hit(at + 1e-4 * **way, **way).is_some();
+            !things.iter().any(|t| !matches!(t.thing.paint, Paint::Glass) && is_hit(t))
         });
         0.6 + 0.1 * lit.count() as f64
     };
