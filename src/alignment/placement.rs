@@ -583,6 +583,10 @@ const CHROMATICITY: f32 = 0.09;
 /// face, a and b only by the lamp. With half of them a grey thing's own shaded side is another thing, with twice as
 /// much every table is grey.
 const GREY: [f32; 2] = [25.0, 8.0];
+/// How many candidates of each object are tried for a consistent choice, best first. Several of one look share a longer list,
+/// whose end only says how unsure they are: with all of it what is absent took the place of a bottle, and the bottle one of
+/// its own look-alikes, since two poor places count for more than one good one.
+const CHOICES: usize = FITTED;
 /// How much two things may overlap, m. Chosen: things are placed within 0.1 to 5 mm (`docs/results.md`), so that what
 /// stands side by side may be seen a little into each other. With half of it things that touch exclude each other;
 /// twice as much lets two things stand where hardly one does.
@@ -646,7 +650,7 @@ impl Choice<'_> {
         if sum + self.ahead[at] <= self.best.0 {
             return;
         }
-        for (idx, candidate) in self.candidates[at].iter().enumerate() {
+        for (idx, candidate) in self.candidates[at].iter().enumerate().take(CHOICES) {
             let free = self.chosen.iter().enumerate().all(|(other, choice)| {
                 choice.is_none_or(|c| {
                     !(self.conflict)((at, candidate), (other, &self.candidates[other][c]))
