@@ -138,12 +138,15 @@ pub(super) fn common_look(at: &Candidate, ahead: f64) -> String {
     )
 }
 
-/// Another place fits nearly as well: by how much less, as a share; nothing or less where it fits as well.
+/// Another place fits nearly as well: by how much less, as a share; none or less where it fits better.
 pub(super) fn another_place(at: &Candidate, behind: f64) -> String {
-    let percent = (100.0 * behind).round();
-    let better = if percent >= 1.0 { format!("only {percent:.0} %") } else { "no".to_owned() };
+    let better = if behind > 0.0 {
+        format!("only {:.0} % better than", 100.0 * behind)
+    } else {
+        "no better than".to_owned()
+    };
     format!(
-        "at ({:.3}, {:.3}) m it fits {better} better than at another place; clear the table or tell where to look",
+        "at ({:.3}, {:.3}) m it fits {better} at another place; clear the table or tell where to look",
         at.x, at.y
     )
 }
