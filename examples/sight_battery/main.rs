@@ -1,10 +1,11 @@
 //! The battery of sight: photographs of real tables and pictures painted into them, with the truth known.
 //!
 //! `cargo run --release --example sight_battery -- real|developed|held|fresh|cuts [--pictures DIR] [--out DIR] [--rows
-//! FILE] [--only TEXT]` sees every picture of that part and prints, for each object that a scene declares, whether it is there, whether it
-//! was found, how far off and how sure; at the end how often what was said with how much confidence was right. Half of what
-//! is declared is not there. `held` has other backgrounds and other seeds than `developed`, from which constants were taken;
-//! the weights of the probability were then fitted to `real`, `developed` and `held`. `fresh` has other things in other
+//! FILE] [--only TEXT]` sees every picture of that part, or those whose names contain TEXT, and prints, for each object that
+//! a scene declares, whether it is there, whether it was found, how far off and how sure; at the end how often what was said
+//! with how much confidence was right. Half of what is declared is not there. `held` has other backgrounds and other seeds
+//! than `developed`, from which constants were taken; the weights of the probability are fitted to `real`, `developed` and
+//! the laboratory, and `held` has no part in them. `fresh` has other things in other
 //! places, which nothing was fitted to; the photographs beneath are in part the same. `cuts` cuts things out without a scene
 //! and compares with the photographs' masks. DIR holds the photographs of clear things, in place of the shared ones. FILE
 //! gets what every placement rests on, from which `scripts/sight_weights.py` fits the weights of
