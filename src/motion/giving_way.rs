@@ -52,7 +52,7 @@ impl<'w> GivingWay<'w> {
     /// # Errors
     ///
     /// [`Error::WrongLength`] and [`Error::NotFinite`] for joints that are none of this robot.
-    pub fn new(world: &CollisionWorld<'w>, limits: Limits, q: &[f64]) -> Result<Self, Error> {
+    pub fn new(world: &CollisionWorld<'w>, limits: &Limits, q: &[f64]) -> Result<Self, Error> {
         let policy = Policy::new(world);
         policy.robot().check(q)?;
         // Two accelerations of opposite signs, a window apart, are what the mean changes by most.

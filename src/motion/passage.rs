@@ -37,7 +37,7 @@ fn basis(u: f64) -> Basis {
     let fifth = |k: i32| powers(5, k, [1.0, 5.0, 10.0, 10.0, 5.0, 1.0][k as usize]);
     let fourth = |k: i32| powers(4, k, [1.0, 4.0, 6.0, 4.0, 1.0, 0.0][k.max(0) as usize]);
     let third = |k: i32| powers(3, k, [1.0, 3.0, 3.0, 1.0, 0.0, 0.0][k.max(0) as usize]);
-    let each = |of: &dyn Fn(i32) -> f64| std::array::from_fn(|k| of(k as i32));
+    let each = |of: &dyn Fn(i32) -> f64| [0, 1, 2, 3, 4, 5].map(of);
     [
         each(&fifth),
         each(&|k| 5.0 * (fourth(k - 1) - fourth(k))),

@@ -64,7 +64,7 @@ fn goes(
 ) -> Went {
     let world = CollisionWorld::new(robot).with(&[ball.at(0.0)]);
     let limits = Limits::of(robot);
-    let mut motion = GivingWay::new(&world, limits.clone(), start).unwrap();
+    let mut motion = GivingWay::new(&world, &limits, start).unwrap();
     let target = Target {
         tip: *robot.forward(goal).unwrap().isometry(),
         posture: goal.to_vec(),
@@ -148,7 +148,7 @@ fn what_is_not_seen_any_more_is_still_kept_away_from_and_what_is_new_as_well() {
         upright: None,
     };
     let ball = Ball::meets(&robot, [&start, &goal], (0.5, 1.0), (0.08, 0.3, [0.0, 0.0, -1.0]));
-    let mut motion = GivingWay::new(&world, Limits::of(&robot), &start).unwrap();
+    let mut motion = GivingWay::new(&world, &Limits::of(&robot), &start).unwrap();
     // Seen for a tenth of a second, at first, and never again: it is expected where it would have come to rest.
     let rests = ball.at(0.1 + 0.5);
     let mut least = f64::INFINITY;
@@ -171,7 +171,7 @@ fn what_is_not_seen_any_more_is_still_kept_away_from_and_what_is_new_as_well() {
     assert!(matches!(motion.sees(9.0, &[nowhere]), Err(Error::Sight { .. })));
     assert!(matches!(motion.sees(0.05, &[ball.at(0.05)]), Err(Error::Sight { .. })));
     assert!(matches!(
-        GivingWay::new(&world, Limits::of(&robot), &[0.0; 3]),
+        GivingWay::new(&world, &Limits::of(&robot), &[0.0; 3]),
         Err(Error::WrongLength { .. })
     ));
 }
@@ -202,7 +202,7 @@ fn a_box_that_slides_across_the_table_of_the_twin_is_let_pass() {
         };
         let world = CollisionWorld::new(&robot);
         let world = if is_told { world.with(&boxed(&twin)) } else { world };
-        let mut motion = GivingWay::new(&world, Limits::of(&robot), &start).unwrap();
+        let mut motion = GivingWay::new(&world, &Limits::of(&robot), &start).unwrap();
         let mut least = f64::INFINITY;
         for k in 0..2400 {
             if is_told && k % 10 == 0 {
