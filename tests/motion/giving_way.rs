@@ -159,7 +159,9 @@ fn what_is_not_seen_any_more_is_still_kept_away_from_and_what_is_new_as_well() {
         }
         let at = motion.tick(&target).unwrap();
         if now > 0.6 {
-            least = least.min(CollisionWorld::new(&robot).with(&[rests.clone()]).distance(&at.q));
+            least = least.min(
+                CollisionWorld::new(&robot).with(std::slice::from_ref(&rests)).distance(&at.q),
+            );
         }
     }
     assert!(least > 0.0, "{least} m");
