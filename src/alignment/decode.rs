@@ -3,7 +3,7 @@
 use std::io::{self, Cursor};
 use std::path::Path;
 
-use image::{ImageError, ImageReader, Limits, RgbImage};
+use image::{ImageError, ImageReader, Limits, RgbImage, imageops};
 
 use crate::files;
 
@@ -40,6 +40,13 @@ pub enum Error {
 /// [`Error`].
 pub fn read(path: &Path) -> Result<RgbImage, Error> {
     decoded(&files::read::bytes(path, LARGEST)?)
+}
+
+/// Returns a picture made small, `width` px wide and as high as its shape asks for; nothing of a picture without pixels.
+pub fn small(image: &RgbImage, width: u32) -> Option<RgbImage> {
+    let from = u64::from(image.width());
+    let height = (u64::from(image.height()) * u64::from(width)).checked_div(from)?.max(1);
+    Some(imageops::thumbnail(image, width, height as u32))
 }
 
 /// Reads the bytes of a PNG or JPEG file.

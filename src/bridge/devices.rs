@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use image::{RgbImage, imageops};
+use image::RgbImage;
 
 use super::error::Error;
 use super::link::Link;
@@ -159,11 +159,7 @@ impl Film for BridgeFilm {
         let png = lock(&self.link).glance();
         self.rests_until = Some(Instant::now() + begin.elapsed());
         let png = png?;
-        Some(Box::new(move || {
-            let image = decoded(&png).ok().filter(|image| image.width() > 0)?;
-            let height = u64::from(image.height()) * u64::from(width) / u64::from(image.width());
-            Some(imageops::thumbnail(&image, width, height.max(1) as u32))
-        }))
+        Some(Box::new(move || decode::small(&decoded(&png).ok()?, width)))
     }
 }
 

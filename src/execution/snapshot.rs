@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use image::{RgbImage, imageops};
+use image::RgbImage;
 
 use crate::alignment::decode;
 use crate::http::{Address, Client, Limits, Trouble};
@@ -78,10 +78,7 @@ impl Film for WebFilm {
         Some(Box::new(move || {
             let image = picture(&address).ok();
             is_busy.store(false, Ordering::SeqCst);
-            let image = image.filter(|image| image.width() > 0)?;
-            let height =
-                (u64::from(image.height()) * u64::from(width) / u64::from(image.width())).max(1);
-            Some(imageops::thumbnail(&image, width, height as u32))
+            decode::small(&image?, width)
         }))
     }
 }

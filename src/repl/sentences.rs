@@ -201,8 +201,9 @@ impl Session<'_, '_> {
             Meaning::Asked { line, .. } => {
                 self.style.say(told);
                 match line.strip_prefix(':') {
-                    Some(command) => drop(self.command(command)),
-                    None => drop(self.asked(&line)?),
+                    // None of these commands leaves the prompt.
+                    Some(command) => _ = self.command(command),
+                    None => _ = self.asked(&line)?,
                 }
             }
             Meaning::Impossible { .. } => self.style.say(told),

@@ -12,7 +12,7 @@ use super::step::StepRecord;
 
 /// How finely pictures are kept, of 100. Chosen: a cup in a photograph of the laboratory is found where it was to 0.1 mm (0.04 mm
 /// at 80), in a thirtieth of a PNG file's bytes, most of which are the sensor's noise.
-const QUALITY: u8 = 70;
+const QUALITY: u8 = 75;
 /// As [`QUALITY`], of the small pictures of a film. Chosen: arm, vessels and water are told apart at a glance, and a
 /// pour's folder stays below 5 MB.
 const FILM_QUALITY: u8 = 50;
