@@ -133,10 +133,11 @@ impl Planner {
         let mut dropped = Dropped::new();
         let mut ways: Vec<Lifted> = Vec::new();
         let lowest = self.lowest(pitch);
+        let ahead = self.robot().fingers_ahead().unwrap_or(0.0);
         // Above the middle, where there is room for the wrist below and the lip stays free.
         'looking: for share in grip::shares_up(&object.shape) {
             let height = (share * object.shape.height()).max(lowest - pose.origin().z);
-            let grips = grip::at_height(&object.shape, height, pitch);
+            let grips = grip::at_height(&object.shape, height, pitch, ahead);
             for grip in grips.iter().filter(|grip| fits(grip.width)) {
                 // Round things are taken from the same sides of the table however they are turned.
                 let yaw = if object.shape.symmetry() > 0.0 { pose.yaw() } else { 0.0 };

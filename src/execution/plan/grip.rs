@@ -23,15 +23,13 @@ const SHARES: i32 = 8;
 const SLOPES: f64 = 0.1;
 /// Half the height of the pads of the fingers, m: those of a 2F-85 are 22 mm high.
 const PAD: f64 = 0.011;
-/// How far fingers reach past the middle of what they hold, and how thick they are, m: a 2F-85's tips are 32 mm ahead of the
-/// tool point and 22 mm wide; and the room that is left between them and a handle. Half of the room is what a thing is seen
-/// beside its place.
-const FINGER: f64 = 0.032;
+/// Half of how wide fingers are, m: those of a 2F-85 are 22 mm wide; and the room that is left between them and a handle. Half
+/// of the room is what a thing is seen beside its place.
 const THICK: f64 = 0.011;
 const CLEAR: f64 = 0.004;
 /// Places along a handle at which it is asked whether a finger is there: 4 mm apart on a handle of 3 cm.
 const PLACES: i32 = 8;
-/// In so many steps to either side of the middle of a finger it is asked how wide a round thing is: 8 mm of a finger apart.
+/// In so many steps to either side of the middle of a finger it is asked how wide a round thing is: of a 2F-85's 8 mm apart.
 const GIRTHS: i32 = 4;
 /// Directions from which a round object is approached. Chosen: 22.5 deg apart. With eight a table corner may hide all
 /// that are free; with 32 each costs as much again and two neighbours touch the same things.
@@ -48,12 +46,12 @@ pub(super) struct Grip {
     pub(super) width: f64,
 }
 
-/// Returns how two fingers of a hand that points down by `pitch` rad hold a shape at a height, m, whether they open so wide
-/// or not.
-pub(super) fn at_height(shape: &Shape, height: f64, pitch: f64) -> Vec<Grip> {
+/// Returns how two fingers that reach `ahead` m past the tool point, of a hand that points down by `pitch` rad, hold a shape at a
+/// height, m, whether they open so wide or not.
+pub(super) fn at_height(shape: &Shape, height: f64, pitch: f64, ahead: f64) -> Vec<Grip> {
     let middle = Vector2::zeros();
     // Half of the heights that a finger covers: a level one its pad's, one that points down its length.
-    let reach = FINGER * pitch.sin() + PAD * pitch.cos();
+    let reach = ahead * pitch.sin() + PAD * pitch.cos();
     match shape {
         Shape::Cuboid { size } => {
             // Moving along the object's x the fingers close on its y faces, and the other way round.
@@ -69,9 +67,9 @@ pub(super) fn at_height(shape: &Shape, height: f64, pitch: f64) -> Vec<Grip> {
             (0..AROUND_CYLINDER).map(|i| Grip { heading: heading(i), middle, width }).collect()
         }
         Shape::Mesh { mesh } => of_mesh(mesh, height, reach),
-        Shape::Mug { mug } => at_height(&shape.body(), height, pitch)
+        Shape::Mug { mug } => at_height(&shape.body(), height, pitch, ahead)
             .into_iter()
-            .filter(|grip| !meets_handle(mug, grip.heading, pitch))
+            .filter(|grip| !meets_handle(mug, grip.heading, pitch, ahead))
             .collect(),
     }
 }
@@ -79,15 +77,15 @@ pub(super) fn at_height(shape: &Shape, height: f64, pitch: f64) -> Vec<Grip> {
 /// Returns the smallest width at which a shape is held anywhere that is tried, m; `None` where fingers find no two sides.
 pub(super) fn narrowest(shape: &Shape) -> Option<f64> {
     let shares = shares_up(shape).into_iter();
-    let widths = shares.flat_map(|up| at_height(shape, up * shape.height(), 0.0));
+    let widths = shares.flat_map(|up| at_height(shape, up * shape.height(), 0.0, 0.0));
     widths.map(|grip| grip.width).min_by(f64::total_cmp)
 }
 
 /// Whether a finger would be where a mug's handle is: beside the wall, from the palm to its tip.
-fn meets_handle(mug: &Mug, heading: f64, pitch: f64) -> bool {
+fn meets_handle(mug: &Mug, heading: f64, pitch: f64, finger: f64) -> bool {
     let (middle, half) = mug.around_handle();
     // A hand that points down has its fingers upright; a level one has them along its heading.
-    let ahead = FINGER * pitch.cos() + THICK * pitch.sin();
+    let ahead = finger * pitch.cos() + THICK * pitch.sin();
     (0..=PLACES).any(|k| {
         let out = middle.x + half.x * (2.0 * f64::from(k) / f64::from(PLACES) - 1.0);
         let (along, aside) = (out * heading.cos(), -out * heading.sin());
@@ -151,14 +149,17 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
+    /// A 2F-85's, m.
+    const FINGER: f64 = 0.032;
+
     #[test]
     fn a_box_is_held_by_its_faces_and_a_can_from_all_round() {
         let size = Vector3::new(0.12, 0.06, 0.1);
-        let grips = at_height(&Shape::Cuboid { size }, 0.05, 0.0);
+        let grips = at_height(&Shape::Cuboid { size }, 0.05, 0.0, FINGER);
         assert_eq!(grips.len(), 4);
         assert!((grips[0].width - 0.06).abs() < 1e-12 && grips[0].heading == 0.0);
         let can = Shape::Cylinder { radius: 0.03, height: 0.1 };
-        assert_eq!(at_height(&can, 0.05, 0.0).len(), 16);
+        assert_eq!(at_height(&can, 0.05, 0.0, FINGER).len(), 16);
         assert!((narrowest(&can).unwrap() - 0.06).abs() < 1e-12);
     }
 
@@ -170,7 +171,7 @@ mod tests {
         let bracket = crate::world::mesh::drawn_out(&outline, 44.0);
         let bracket = Mesh::new("bracket.stl", &bracket, 1e-3).unwrap();
         let shape = Shape::Mesh { mesh: std::sync::Arc::new(bracket) };
-        let at = |height: f64, pitch: f64| at_height(&shape, height, pitch);
+        let at = |height: f64, pitch: f64| at_height(&shape, height, pitch, FINGER);
         let across = |grips: Vec<Grip>| grips.iter().any(|grip| (grip.width - 0.016).abs() < 1e-9);
         assert!(across(at(0.045, 0.0)), "level, the pads are above the slope");
         assert!(!across(at(0.045, FRAC_PI_2)), "the tips would be on the slope");
@@ -183,7 +184,7 @@ mod tests {
             crate::world::mug::Sizes { radius: 0.036, height: 0.095, handle: 0.03, thick: 0.01 };
         let mug = Shape::Mug { mug: std::sync::Arc::new(Mug::new(sizes).unwrap()) };
         let from = |pitch: f64| -> Vec<i32> {
-            let grips = at_height(&mug, 0.05, pitch);
+            let grips = at_height(&mug, 0.05, pitch, FINGER);
             grips.iter().map(|grip| grip.heading.to_degrees().round() as i32).collect()
         };
         // Level: towards the handle, or with it between the fingers; from above: everywhere but with a finger on it.
