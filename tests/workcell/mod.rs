@@ -2,6 +2,7 @@
 
 mod again;
 mod archive;
+mod drawer;
 mod during;
 mod film;
 mod fork;

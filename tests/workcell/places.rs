@@ -21,7 +21,7 @@ fn cubes() -> Options {
     Options { scene: Some(scene), switches, ..options(lab, 1) }
 }
 
-fn run(cell: &mut WorkCell, line: &str) -> Run {
+pub(super) fn run(cell: &mut WorkCell, line: &str) -> Run {
     let source = Source::new("a line", line);
     let (step, wrong) = parse_line(line);
     assert!(wrong.is_empty(), "{wrong:?}");

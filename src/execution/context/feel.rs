@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 
 use super::super::decisions::{Entry, Kind};
 use super::super::error::ActionError;
-use super::super::plan::{distance, force_of, gravity_torque};
+use super::super::plan::{distance, force_at, force_of, gravity_torque};
 use super::super::refusal::Refusal;
 use super::ActionContext;
 use crate::arm::{DeviceError, Feedback};
@@ -57,8 +57,11 @@ impl Feel {
             .zip(&self.rest)
             .map(|((tau, model), rest)| tau - model - rest)
             .collect();
-        self.recent
-            .push_back(force_of(&self.robot, &feedback.q, &excess, &self.way).unwrap_or(0.0));
+        // What pushes aside, as a rail does, is told apart where the joints feel every direction.
+        let (robot, q) = (&self.robot, &feedback.q);
+        let along = force_at(robot, q, &excess).map(|force| force.dot(&self.way));
+        let along = along.or_else(|| force_of(robot, q, &excess, &self.way));
+        self.recent.push_back(along.unwrap_or(0.0));
         if self.recent.len() > READINGS {
             self.recent.pop_front();
         }

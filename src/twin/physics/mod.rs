@@ -17,8 +17,11 @@ use rapier3d_f64::dynamics::{
     MultibodyJointHandle, MultibodyJointSet, RigidBodyHandle, RigidBodySet, RigidBodyType,
     SoftBodySet, SpringCoefficients,
 };
-use rapier3d_f64::geometry::{BroadPhaseBvh, Collider, ColliderHandle, ColliderSet, NarrowPhase};
+use rapier3d_f64::geometry::{
+    BroadPhaseBvh, Collider, ColliderHandle, ColliderSet, NEW_CONTACT_BIT, NarrowPhase,
+};
 use rapier3d_f64::pipeline::{PhysicsHooks, PhysicsPipeline};
+use rapier3d_f64::utils::OrthonormalBasis;
 
 pub use tree::{Body, Tree};
 
@@ -29,9 +32,6 @@ use crate::world::{Scene, WorldState};
 
 /// Two surfaces closer than this touch, m: the compression of a contact at rest is below 0.1 mm.
 const TOUCH: f64 = 5e-4;
-
-/// The most parts of a step that friction is taken to be alike in: the engine takes each step in four (`solver_iterations`).
-const PARTS: f64 = 4.0;
 
 /// A jaw presses on what it touches at less than 60 deg from the way it closes, as a cosine: on a pad it is none, on the
 /// side of a finger 90.
@@ -345,11 +345,11 @@ impl Physics {
     pub fn pushes(&self, held: Option<usize>, dt: f64) -> Vec<(Vector3<f64>, Vector3<f64>)> {
         let own = self.tree.hand.iter().map(|body| self.links[*body]);
         let own: Vec<_> = own.chain(held.and_then(|object| self.objects[object])).collect();
-        let mut pushes = Vec::new();
         let is_own = |collider: ColliderHandle| {
             let parent = self.colliders.get(collider).and_then(Collider::parent);
             parent.is_some_and(|parent| own.contains(&parent))
         };
+        let mut pushes = Vec::new();
         for &collider in own.iter().flat_map(|body| self.bodies[*body].colliders()) {
             for pair in self.narrow_phase.contact_pairs_with(collider) {
                 if is_own(pair.collider1) && is_own(pair.collider2) {
@@ -362,13 +362,19 @@ impl Physics {
                     let within =
                         manifold.subshape_pos1().map_or_else(Isometry3::identity, pose_from_engine);
                     let at = pose_from_engine(first.position()) * within;
+                    // The engine sums up friction along these two.
+                    let against = -manifold.data.normal;
+                    let aside = against.orthonormal_vector();
+                    let axes = [aside, against.cross(aside)].map(from_engine);
                     let normal = from_engine(manifold.data.normal);
-                    for contact in manifold.points.iter().filter(|p| p.data.impulse > 0.0) {
-                        let data = &contact.data;
-                        // The engine keeps friction as a vector for the last part of the step only.
-                        let parts = data.impulse / data.warmstart_impulse.max(f64::MIN_POSITIVE);
-                        let aside = from_engine(data.warmstart_tangent_world) * parts.min(PARTS);
-                        let impulse = normal * data.impulse - aside;
+                    // A point that was not solved in this step keeps what it did when it last was.
+                    let solved = manifold.data.solver_contacts.iter().map(|contact| {
+                        &manifold.points[(contact.contact_id[0] & !NEW_CONTACT_BIT) as usize]
+                    });
+                    for contact in solved {
+                        let friction = &contact.data.tangent_impulse;
+                        let aside = axes[0] * friction.x + axes[1] * friction.y;
+                        let impulse = normal * contact.data.impulse - aside;
                         let point = at * nalgebra::Point3::from(from_engine(contact.local_p1));
                         pushes.push((point.coords, impulse * (sign / dt)));
                     }
@@ -438,6 +444,55 @@ mod tests {
                 tilt(&world)
             })
             .collect()
+    }
+
+    /// Returns how far a drawer that resists with `friction` N slides in a quarter of a second, m, when so many N pull at it.
+    fn slides(friction: f64, pull: f64) -> f64 {
+        let robot = Robot::gen3();
+        let named = |name: &str, x, z, mass| {
+            let shape = Shape::Cuboid { size: Vector3::new(x, 0.2, z) };
+            let thing = object::vessel(shape, 1e-3);
+            object::Object { name: name.into(), mass, cavity: None, ..thing }
+        };
+        let (case, tray) = (named("case", 0.16, 0.11, 3.0), named("tray", 0.15, 0.08, 0.5));
+        let mut scene = scene::bare(vec![case, tray]);
+        let (tray, case) = ("tray".to_owned(), "case".to_owned());
+        scene.drawers.push(crate::world::Drawer { tray, case, travel: 0.11, bar: 0.05 });
+        let stands = Pose::upright(0.6, 0.3, 0.0, 0.0);
+        let closed = scene.drawers[0].tray_at(&scene, &stands, 0.0).unwrap();
+        let at = |name: &str, pose| ObjectState {
+            name: name.into(),
+            world_from_object: Some(pose),
+            std: 0.0,
+            water: None,
+        };
+        let state = WorldState {
+            time: 0.0,
+            q: vec![0.0; robot.n_joints()],
+            opening: 0.08,
+            world_from_tool: Pose::identity(),
+            held: None,
+            objects: vec![at("case", stands), at("tray", closed)],
+            spilt: None,
+            unknown: Vec::new(),
+        };
+        let mut settings = Settings::for_arm(&robot);
+        settings.friction.drawer = friction;
+        let mut world = Physics::new(&robot, &scene, &state, &settings).unwrap();
+        world.gravity.x = pull / 0.5;
+        (0..(0.25 / settings.dt) as usize).for_each(|_| world.step(0.0));
+        world.object_pose(1).unwrap().translation.x - closed.origin().x
+    }
+
+    #[test]
+    fn a_drawer_resists_with_as_much_as_is_said() {
+        for friction in [1.0, 4.0, 8.0] {
+            let (less, more) =
+                (slides(friction, 0.95 * friction), slides(friction, friction + 1.0));
+            // By half of 2 m/s² over the square of a quarter of a second.
+            assert!(less < 1e-4, "{friction} N: {less} m");
+            assert!((more - 0.0625).abs() < 2e-3, "{friction} N: {more} m");
+        }
     }
 
     #[test]
