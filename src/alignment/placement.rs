@@ -191,6 +191,8 @@ const CHANGE_OUTSIDE: f64 = 0.5;
 const COLOUR_OUTSIDE: f64 = 0.7;
 /// Every second point of the silhouette is looked at for its regions, which are flat: half the time, the same mean.
 const REGION_STEP: usize = 2;
+/// Side of a pixel of the quarter picture, px of the whole.
+const QUARTER: f64 = 4.0;
 /// Score below which a place of the grid is not kept: a sixth of what is believed at all ([`super::vision`]). Chosen:
 /// only to keep lists short.
 const HOPELESS: f64 = 0.05;
@@ -225,7 +227,7 @@ const FITS: usize = 2;
 /// How much of its score a fit may lose: moving edges are finer than the score, which is flat within some pixels
 /// where edges are strong. Chosen: at 1 no fit of a sharp picture would be kept, at 0.84 one that has slipped to
 /// another thing's edge is.
-const LOSS: f64 = 0.92;
+pub(super) const LOSS: f64 = 0.92;
 
 impl<'a> Evidence<'a> {
     /// Gathers what the picture says about one object.
@@ -354,11 +356,17 @@ impl<'a> Evidence<'a> {
                 asked.extend(beyond.filter(|p| !outline.contains(*p)).map(|p| (1, p)));
             }
         }
+        // A pixel of the quarter picture is mixed with what is in front of it beside that.
+        let beside = [(-QUARTER, 0.0), (QUARTER, 0.0), (0.0, -QUARTER), (0.0, QUARTER)];
+        let is_mixed = |p: Vector2<f64>| {
+            !self.hidden.hulls.is_empty()
+                && beside.iter().any(|(u, v)| self.hidden.covers(p + Vector2::new(*u, *v)))
+        };
         for (place, p) in asked {
-            if !judged(p) {
+            if !judged(p) || is_mixed(p) {
                 continue;
             }
-            let (x, y) = (((p.x + 0.5) / 4.0 - 0.5).round(), ((p.y + 0.5) / 4.0 - 0.5).round());
+            let [x, y] = [p.x, p.y].map(|at| ((at + 0.5) / QUARTER - 0.5).round());
             counts[place] += 1.0;
             sums[place][0] += f64::from(self.change.at(x as i64, y as i64));
             if let Some(colour) = &self.colour {
@@ -424,6 +432,13 @@ impl<'a> Evidence<'a> {
         }
         let fitted: Vec<Candidate> = finer.par_iter().map(|c| self.fit(c)).collect();
         Searched { best: distinct(fitted, (FITTED, FINER.1, FINER.2)), alike }
+    }
+
+    /// Returns the best place around a candidate at any turn, fitted to the full picture.
+    pub fn around(&self, from: &Candidate) -> Option<Candidate> {
+        let turns = self.looked_around(std::slice::from_ref(from), 1);
+        let best = turns.into_iter().max_by(|a, b| a.score.total.total_cmp(&b.score.total));
+        best.map(|best| self.fit(&best))
     }
 
     /// Looks around the best places once more, at half size and at every turn: what has round corners scores alike at any

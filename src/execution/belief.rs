@@ -151,10 +151,11 @@ impl Belief {
         belief
     }
 
-    /// Takes what a photograph showed. What is in the hand is known better by the hand.
+    /// Takes what a photograph showed. What is in the hand is known better by the hand; what it does not show to be gone is
+    /// believed as before.
     pub fn saw(&mut self, sightings: &[Sighting]) {
         for sighting in sightings {
-            if self.holds(&sighting.name) {
+            if self.holds(&sighting.name) || sighting.kept.is_some() {
                 continue;
             }
             let Some(object) = self.objects.iter_mut().find(|o| o.name == sighting.name) else {

@@ -248,6 +248,13 @@ pub(super) fn seen(sighting: &Sighting) -> String {
                 sighting.confidence
             )
         });
+        if let Some(kept) = sighting.kept {
+            let at = kept.origin() * 100.0;
+            return format!(
+                "camera: {name} is not recognised ({why}); believed to stand where it was, at ({:.1}, {:.1}) cm",
+                at.x, at.y
+            );
+        }
         return format!("camera: {name} not found: {why}{likeliest}");
     };
     let at = pose.origin();

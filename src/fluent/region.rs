@@ -138,6 +138,7 @@ pub(super) fn rests_on(
     let unseen = |name: &str| builtin::yes_no(expr, None, &wording::place(name));
     let stands = match region.bearer(on.scene, objects) {
         Err(lost) => return unseen(&lost.0),
+        Ok(Bearer::This(name)) if is_lost(on, &name) => return unseen(&name),
         Ok(Bearer::This(name)) => below.name.as_deref().unwrap_or(TABLE) == name,
         Ok(Bearer::Any) => true,
     };
@@ -165,6 +166,12 @@ pub(super) fn rests_on(
     };
     let sigma = sigma_of(&region.things());
     Value::Truth(Box::new(rests.joined(within(on, expr, inside, sigma), true)))
+}
+
+/// Whether nobody knows where a thing of the scene is.
+fn is_lost(on: &Evaluator<'_>, name: &str) -> bool {
+    on.scene.object(name).is_some()
+        && on.state.object(name).is_none_or(|known| known.world_from_object.is_none())
 }
 
 /// A reading of how far inside something is, m.

@@ -1,5 +1,6 @@
 //! Vision: pictures with known truth, painted here, and published photographs read in place.
 
+mod believed;
 mod choice;
 mod drawer;
 mod lab_photos;

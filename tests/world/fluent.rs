@@ -172,6 +172,17 @@ fn filled_is_what_was_there_when_the_run_began() {
 
 /// A jar tilted by 90° about its base centre: its axis lies along −y, its lowest side is down.
 #[test]
+fn nobody_knows_whether_a_thing_rests_on_what_was_not_seen() {
+    let mut s = state();
+    let high = Pose::upright(0.5, -0.2, 0.095, 0.0);
+    move_to(&mut s, "block", high);
+    let on = |s: &WorldState, what: &str| read(s, &f("rests_on", &["block", what])).truth;
+    assert_eq!((on(&s, "table"), on(&s, "jar")), (Some(false), Some(false)));
+    s.object_mut("cup").unwrap().world_from_object = None;
+    assert_eq!((on(&s, "cup"), on(&s, "jar")), (None, Some(false)));
+}
+
+#[test]
 fn the_lip_of_a_tilted_jar_is_the_lowest_edge_of_its_rim() {
     let mut s = state();
     let tilt = 70.0_f64.to_radians();

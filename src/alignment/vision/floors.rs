@@ -6,14 +6,15 @@
 use image::RgbImage;
 
 use super::together::SAME_FLOOR;
-use super::{Error, Options, Sighting, see};
+use super::{Believed, Error, Options, Sighting, see};
 use crate::world::{Camera, Object, ObjectState, Pose, Scene, support};
 
 /// Higher than anything that stands on a table, m: what is below is looked for from there.
 const FAR_ABOVE: f64 = 3.0;
 
 /// Finds the scene's objects as [`see`] does, each as high as what is below it where it is seen; `options` then says how high.
-/// `known` is where things were believed to be before, for those that this picture does not show.
+/// `known` is where things were believed to be before, for those that this picture does not show: what the picture hides, or
+/// supports at that very place, is kept there ([`Sighting::kept`]).
 ///
 /// Another look is taken where something is seen at a height at which it cannot stand there; none otherwise.
 ///
@@ -39,7 +40,12 @@ pub fn see_standing(
             is_changed = true;
         }
     }
-    if is_changed { see(image, camera, scene, options) } else { Ok(seen) }
+    let mut seen = if is_changed { see(image, camera, scene, options)? } else { seen };
+    let objects: Vec<ObjectState> = seen.iter().map(|sighting| state(sighting, known)).collect();
+    let arm = options.ignore.as_ref();
+    let believed = Believed { photo: image, camera, scene, objects: &objects, arm };
+    believed.keep(&mut seen)?;
+    Ok(seen)
 }
 
 /// Returns how high what is below the place of a sighting bears a thing, m. What stands higher than where it was seen stands on

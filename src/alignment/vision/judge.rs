@@ -11,7 +11,7 @@ use crate::alignment::contour::Smoothness;
 use crate::alignment::doubt::{Doubt, TableDoubt};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
-use crate::alignment::placement::{Candidate, Evidence, Score};
+use crate::alignment::placement::{Candidate, Evidence, LOSS, Score};
 use crate::world::{Material, Object, Table};
 
 /// Returns a sighting that says nothing was seen.
@@ -23,6 +23,7 @@ fn unseen(name: &str) -> Sighting {
         ambiguous: None,
         world_from_object: None,
         likeliest: None,
+        kept: None,
         std: 0.0,
         std_if_there: 0.0,
         yaw_std: 0.0,
@@ -64,7 +65,7 @@ pub(super) fn judge(
         sighting.reason = Some(wording::nothing_like_it(None));
         return (sighting, None);
     };
-    let mut best = if evidence.hidden.hulls.is_empty() { best } else { evidence.fit(&best) };
+    let mut best = behind(evidence, best);
     let (w, h) = (picture.size().0 as f64, picture.size().1 as f64);
     let doubt = evidence.doubt(&best.pose(), table.centre);
     sighting.checks.missing = doubt.map_or(0.0, |d| d.missing);
@@ -159,6 +160,21 @@ pub(super) fn judge(
     sighting.hull = outline.hull.iter().map(|p| [p.x, p.y]).collect();
     (sighting.mask_is, sighting.mask) = masked(cut.map(|cut| &cut.mask), is_others, silhouette);
     (sighting, doubt)
+}
+
+/// Fits a candidate once more where something is in front of it. It was placed and turned before that was known, and may have
+/// been drawn to an edge of what hides it: what is best around it, at any turn, is tried beside it.
+fn behind(evidence: &Evidence, best: Candidate) -> Candidate {
+    if evidence.hidden.hulls.is_empty() {
+        return best;
+    }
+    let here = evidence.fit(&best);
+    let is_better = |around: &Candidate| {
+        let ahead = here.score.total / around.score.total.max(TINY);
+        // As in the fit itself: edges that agree are worth some of the score.
+        ahead < if around.fit.is_some() || here.fit.is_none() { 1.0 } else { LOSS }
+    };
+    evidence.around(&best).filter(is_better).unwrap_or(here)
 }
 
 /// Chooses the mask of a thing: the cut when it is smooth and agrees with the solid, else the solid's silhouette.

@@ -11,6 +11,7 @@
 
 use std::collections::BTreeMap;
 
+mod believed;
 mod drawer;
 mod floors;
 mod identity;
@@ -37,6 +38,7 @@ use crate::world::{Camera, Scene};
 use together::Sought;
 
 pub use super::overlay::annotate;
+pub use believed::Believed;
 pub use floors::see_standing;
 pub use unexplained::{Unexplained, unexplained, unexplained_regions};
 pub use verify::verify;
@@ -171,6 +173,8 @@ pub struct Sighting {
     pub world_from_object: Option<ObjectPose>,
     /// Where it most probably is when it was not found, if anywhere.
     pub likeliest: Option<ObjectPose>,
+    /// Where it stood before, when it was not found and this picture does not show that it is gone from there.
+    pub kept: Option<ObjectPose>,
     /// One standard deviation of its position, m: of the worst direction on the table. Of what was not found it counts
     /// that it may be elsewhere.
     pub std: f64,

@@ -162,7 +162,8 @@ fn explained(
         .as_ref()
         .is_some_and(|mask| u < mask.width() && v < mask.height() && mask.get_pixel(u, v)[0] > 0);
     let known = || {
-        sightings.iter().filter(|sighting| sighting.found).any(|sighting| {
+        let is_known = |sighting: &&Sighting| sighting.found || sighting.kept.is_some();
+        sightings.iter().filter(is_known).any(|sighting| {
             distance_to(&sighting.hull, Vector2::new(pixel.u, pixel.v)) < AROUND_KNOWN_PX
         })
     };

@@ -86,6 +86,11 @@ const WELL_INSIDE: f64 = 0.5 * region::NEAR;
 /// of a thing ([`BETWEEN`]), and 6 mm are left for an arm that is beside where it says; whether the hand touches is
 /// looked at for every way.
 const CLOSE: f64 = 0.03;
+/// The room that places in a region are looked for with, in this order: a share of [`GRID`], and of the room to the next thing and
+/// to the edge of the table. The finer grid finds what is between a thing and the edge; the last leaves 1 cm and 7 mm,
+/// twice and more what a calibrated arm is off (2 to 4 mm in `docs/results.md`), and whether a hand gets there is looked at
+/// for every way.
+const ROOM: [(f64, f64); 3] = [(1.0, 1.0), (0.5, 1.0), (0.25, 1.0 / 3.0)];
 
 /// One way to put an object down.
 #[derive(Debug, Clone, PartialEq)]
@@ -323,22 +328,25 @@ impl Planner {
         let extent = region.extent(scene, objects, o).map_err(unseen)?;
         let bearer = region.bearer(scene, objects).map_err(unseen)?;
         let extent = extent.unwrap_or((scene.table.centre, scene.table.size.max()));
-        // Between a thing and the edge of the table there may be room for the finer of two grids only.
-        let apart = |grid| self.places_apart(o, region, &bearer, extent, (grid, beside));
-        match apart(GRID) {
-            Err(Why::Blocked { .. }) => apart(0.5 * GRID),
-            found => found,
+        let mut blocked = Why::Blocked { tried: 0, by: bearer.to_string() };
+        for (grid, room) in ROOM {
+            let room = (GRID * grid, beside * room, FROM_EDGE * room);
+            match self.places_apart(o, region, &bearer, extent, room) {
+                Err(why @ Why::Blocked { .. }) => blocked = why,
+                found => return found,
+            }
         }
+        Err(blocked)
     }
 
-    /// As [`Self::places_in`], so far apart and with so much room, m.
+    /// As [`Self::places_in`], so far apart and with so much room beside other things and to the edge of the table, m.
     fn places_apart(
         &self,
         o: &scene::Object,
         region: &Region,
         bearer: &Bearer,
         (middle, reach): ([f64; 2], f64),
-        (grid, beside): (f64, f64),
+        (grid, beside, from_edge): (f64, f64, f64),
     ) -> Result<Vec<Vector3<f64>>, Why> {
         let (scene, objects) = (&self.cell.scene, &self.state.objects);
         let unseen = |lost: region::Unseen| Why::NotSeen(lost.0);
@@ -360,7 +368,7 @@ impl Planner {
                 }
                 let below = support::below(scene, objects, o, &Pose::upright(x, y, FAR_ABOVE, 0.0));
                 let bears = below.name.clone().unwrap_or_else(|| TABLE.to_owned());
-                let edge = o.shape.outer_radius() + FROM_EDGE;
+                let edge = o.shape.outer_radius() + from_edge;
                 if *bearer != Bearer::Any && *bearer != Bearer::This(bears.clone()) {
                     taken = taken.or(below.name);
                     continue;
