@@ -16,9 +16,6 @@ use crate::world::{Region, support};
 /// An object rests on what is at most this far below it, m: what `upright` allows (`stdlib/fluents/std.task`).
 const STANDS: f64 = 0.005;
 
-/// What is so near to what bears it was put there by sight or by the hand that let it go, m: rounding of its pose.
-const STOOD: f64 = 1e-6;
-
 /// Who looks when somebody says left.
 #[derive(Debug, Clone, Copy)]
 enum View {
@@ -145,9 +142,7 @@ pub(super) fn rests_on(
     if !stands {
         return builtin::yes_no(expr, Some(false), "");
     }
-    // What a photograph shows standing was looked for at the heights of what bears things: it is off to a side, and
-    // may miss its bearer, but hangs no higher over it.
-    let sigma = if drop.abs() < STOOD { 0.0 } else { a.sigma };
+    let sigma = builtin::over_support(a, drop);
     let rests = builtin::limit(on, expr, drop, STANDS, STANDS - drop, sigma);
     let Value::Truth(rests) = rests else { return rests };
     let sigma_of = |others: &[&str]| {

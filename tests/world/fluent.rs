@@ -171,6 +171,18 @@ fn filled_is_what_was_there_when_the_run_began() {
 }
 
 /// A jar tilted by 90° about its base centre: its axis lies along −y, its lowest side is down.
+/// A photograph is unsure to the side; how high a thing stands follows from what bears it.
+#[test]
+fn what_stands_hangs_no_higher_however_unsure_its_place_is() {
+    let mut s = state();
+    s.object_mut("block").unwrap().std = 0.004;
+    let stands =
+        |s: &WorldState| read(s, &two(f("drop", &["block"]), BinaryOp::Le, m(0.005))).truth;
+    assert_eq!(stands(&s), Some(true));
+    move_to(&mut s, "block", Pose::upright(0.3, 0.0, 0.001, 0.3));
+    assert_eq!(stands(&s), None);
+}
+
 #[test]
 fn nobody_knows_whether_a_thing_rests_on_what_was_not_seen() {
     let mut s = state();

@@ -72,6 +72,11 @@ impl ArmGap {
         Self { settled, ..self.with_models(|model| model.with_bodies(&links.changes)) }
     }
 
+    /// Returns the same with other numbers of the arm's bodies.
+    pub(super) fn with_bodies(&self, changes: &[[f64; NUMBERS]]) -> Self {
+        self.with_models(|model| model.with_bodies(changes))
+    }
+
     /// Returns the recordings held out alone, to be fitted and judged, with other numbers of the arm's bodies and effects that
     /// are known.
     pub(super) fn of_heldout(

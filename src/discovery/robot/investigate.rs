@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::against::hints;
 use super::arm_finding::{answer, different, loaded, synonym};
+use super::channels::Quantity;
 use super::error::Misfit;
 use super::experiment::Experiment;
 use super::explain::ArmGap;
@@ -57,6 +58,11 @@ pub fn investigate(
     let options = &searched_with(options, &gap, robot.n_joints());
     progress(wording::IDENTIFYING, 0.0);
     let mut names: Vec<&str> = train.iter().chain(heldout).map(|r| r.name.as_str()).collect();
+    if let Some(delay) = links::late(&gap) {
+        gap.known.0.push(Term { law: Law::SensorDelay(Quantity::Torque), joint: 0 });
+        gap.known.1.push(delay);
+        notes.push(wording::read_late(delay));
+    }
     let numbers = links::identified(&gap).unwrap_or_default();
     let differs = |finding| Investigation {
         finding,

@@ -122,6 +122,15 @@ pub(super) fn not_of_the_arm(name: &str, at: &str) -> String {
     format!("{} is not of the arm and is left aside", effect(name, at))
 }
 
+/// That torques are read so many s late, or early, and that it is taken into account.
+pub(super) fn read_late(delay: f64) -> String {
+    let when = if delay > 0.0 { "late" } else { "early" };
+    format!(
+        "torques are read {:.1} ms {when} beside the motion, less than half a row: taken into account",
+        delay.abs() * 1e3
+    )
+}
+
 /// That the data fitted and those held out changed places.
 pub(super) fn exchanged() -> String {
     "the data to fit show nothing beyond noise, the data held out do: their roles were exchanged"

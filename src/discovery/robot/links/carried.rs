@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector};
 use super::super::explain::ArmGap;
 use super::super::term::{Law, Term};
 use super::body::NUMBERS;
-use super::fit::{Fit, OF_JOINT, Parts, Problem, consistent, left_of};
-use super::{CREEPS, SOME, problems};
+use super::fit::{Fit, Parts, Problem, consistent, left_of};
+use super::{CREEPS, SOME, of_joints, problems};
 use crate::discovery::selection::{Hypothesis, Residuals as _, Set, sum_of_squares};
 
 /// A mass is told if it is this many times its standard deviation.
@@ -98,14 +98,10 @@ fn loaded(
     creep: f64,
     parts: &Parts,
 ) -> ArmGap {
-    let laws = [Law::Viscous, Law::Coulomb, Law::TorqueOffset, Law::Armature];
     let (mut terms, mut values) = gap.known.clone();
-    for (k, value) in with.x.rows(parts.joints.start, parts.joints.len()).iter().enumerate() {
-        let law = laws[k % OF_JOINT.len()];
-        terms.push(Term { law, joint: k / OF_JOINT.len() });
-        values.push(*value);
-        values.extend((law == Law::Coulomb).then_some(creep));
-    }
+    let of_joints = of_joints(&with.x, parts, creep);
+    terms.extend(of_joints.0);
+    values.extend(of_joints.1);
     let Hypothesis { terms: load, parameters, .. } = at_tip(gap, with, &parts.load);
     terms.extend(load);
     values.extend(parameters);

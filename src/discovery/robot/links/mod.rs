@@ -14,6 +14,7 @@ pub(super) mod body;
 mod carried;
 mod fit;
 mod gains;
+mod late;
 
 use std::ops::Range;
 
@@ -34,6 +35,7 @@ use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent, left_of};
 use gains::Shown;
 
 pub(super) use carried::{Carried, carried};
+pub(super) use late::late;
 
 /// By how much the links' numbers must predict better to be taken: by a tenth of what is left.
 pub(super) const BETTER: f64 = 0.9;
@@ -128,14 +130,8 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     }
     let gap = gap.for_search();
     let bodies = &model.arm.chain.bodies;
-    let problems = problems(&gap)?;
     let parts = Parts::of(bodies.len());
-    let scored = problems.into_iter().filter_map(|p| {
-        let fit = p.fit(&parts.only(&[&parts.joints]))?;
-        let sums = p.train.iter().map(|sums| sums.left(&fit.x) / (sums.square / sums.rows));
-        Some((sums.sum::<f64>(), p, fit))
-    });
-    let (_, problem, bare) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (problem, bare, _) = best(problems(&gap)?, &parts)?;
     let beside = [&[&parts.joints][..], &[&parts.joints, &parts.load]];
     let freed = beside.par_iter().filter_map(|list| Freed::of(&problem, bodies, &parts, list));
     let freed: Vec<Freed> = freed.collect();
@@ -178,6 +174,30 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let gains = gains.collect();
     let links = best.links(bodies, &problem.prior, left <= BETTER * plainest);
     Some(Numbers { are_apart, different: None, own: Some((links, gains)) })
+}
+
+/// Returns the problem with the creep that fits best beside the file's bodies, its fit of the joints, and that creep.
+fn best(problems: Vec<Problem>, parts: &Parts) -> Option<(Problem, Fit, f64)> {
+    let scored = problems.into_iter().zip(CREEPS).filter_map(|(problem, creep)| {
+        let fit = problem.fit(&parts.only(&[&parts.joints]))?;
+        let sums = problem.train.iter().map(|sums| sums.left(&fit.x) / (sums.square / sums.rows));
+        Some((sums.sum::<f64>(), problem, fit, creep))
+    });
+    let (_, problem, fit, creep) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some((problem, fit, creep))
+}
+
+/// Returns what was fitted of the joints as effects with their parameters.
+fn of_joints(x: &DVector<f64>, parts: &Parts, creep: f64) -> (Vec<Term>, Vec<f64>) {
+    let laws = [Law::Viscous, Law::Coulomb, Law::TorqueOffset, Law::Armature];
+    let (mut terms, mut values) = (Vec::new(), Vec::new());
+    for (k, value) in x.rows(parts.joints.start, parts.joints.len()).iter().enumerate() {
+        let law = laws[k % OF_JOINT.len()];
+        terms.push(Term { law, joint: k / OF_JOINT.len() });
+        values.push(*value);
+        values.extend((law == Law::Coulomb).then_some(creep));
+    }
+    (terms, values)
 }
 
 /// Fits what has a name beside the numbers of the file: a load, and every link heavier by itself.
@@ -289,11 +309,21 @@ impl Apart {
 
 /// Sums up what the recordings say, once for each speed below which dry friction may give way.
 fn problems(gap: &ArmGap) -> Option<Vec<Problem>> {
-    let n = gap.train[0].arm.chain.n();
+    let [train, heldout] = [Set::Train, Set::Heldout].map(|set| {
+        let columns = Columns::of(gap, set)?;
+        let all = CREEPS.into_iter().map(|creep| columns.summed(gap, creep, &[]));
+        all.collect::<Option<Vec<Vec<Sums>>>>()
+    });
+    let pairs = train?.into_iter().zip(heldout?);
+    Some(pairs.map(|pair| problem(gap, pair, 0)).collect())
+}
+
+/// Returns what is to be fitted of the sums of those fitted and held out, with so many `more` numbers of which nothing is known.
+fn problem(gap: &ArmGap, (train, heldout): (Vec<Sums>, Vec<Sums>), more: usize) -> Problem {
     let bodies = &gap.train[0].arm.chain.bodies;
     let mut prior: Vec<f64> = bodies.iter().flat_map(spread).collect();
     let mut is_up = vec![false; prior.len()];
-    for joint in 0..n {
+    for joint in 0..gap.train[0].arm.chain.n() {
         let known = gap.train.iter().map(|model| model.arm.armature[joint]).fold(0.0, f64::max);
         prior.extend(OF_JOINT.map(|_| f64::INFINITY));
         is_up.extend([true, true, false, known <= 0.0]);
@@ -303,46 +333,67 @@ fn problems(gap: &ArmGap) -> Option<Vec<Problem>> {
     // What the model says is no number to be fitted.
     prior.push(0.0);
     is_up.push(false);
-    let [train, heldout] = [Set::Train, Set::Heldout].map(|set| sums(gap, set));
-    let pairs = train?.into_iter().zip(heldout?);
-    let problem =
-        |(train, heldout)| Problem { train, heldout, prior: prior.clone(), is_up: is_up.clone() };
-    Some(pairs.map(problem).collect())
+    prior.resize(prior.len() + more, f64::INFINITY);
+    is_up.resize(prior.len(), false);
+    Problem { train, heldout, prior, is_up }
 }
 
-/// Returns what every torque sensor says, once for each creep.
-fn sums(gap: &ArmGap, set: Set) -> Option<Vec<Vec<Sums>>> {
-    let models = gap.models(set);
-    let n = models.first()?.arm.chain.n();
-    let here = gap.residuals(set, &[], &[])?;
-    let of_body = |at: usize| -> Vec<f64> {
-        models.iter().flat_map(|m| m.body_column(at / NUMBERS, at % NUMBERS)).collect()
-    };
-    let bodies: Vec<Vec<f64>> = (0..n * NUMBERS).into_par_iter().map(of_body).collect();
-    let column = |(law, joint, parameters): (Law, usize, Vec<f64>)| -> Option<Vec<f64>> {
-        let there = gap.residuals(set, &[Term { law, joint }], &parameters)?;
+/// What is left of each row of a set, and by how much it falls for one unit more of each number.
+struct Columns {
+    set: Set,
+    here: Vec<f64>,
+    bodies: Vec<Vec<f64>>,
+    /// Of each joint viscous friction, offset and rotor.
+    joints: [Vec<Vec<f64>>; 3],
+    modelled: Vec<f64>,
+}
+
+impl Columns {
+    fn of(gap: &ArmGap, set: Set) -> Option<Self> {
+        let models = gap.models(set);
+        let n = models.first()?.arm.chain.n();
+        let here = gap.residuals(set, &[], &[])?;
+        let of_body = |at: usize| -> Vec<f64> {
+            models.iter().flat_map(|m| m.body_column(at / NUMBERS, at % NUMBERS)).collect()
+        };
+        let bodies = (0..n * NUMBERS).into_par_iter().map(of_body).collect();
+        let [viscous, offset, rotor] = [Law::Viscous, Law::TorqueOffset, Law::Armature]
+            .map(|law| of_law(gap, set, &here, (law, &[1.0])));
+        // What a sensor would show twice is what the model says of it.
+        let mut modelled = vec![0.0; here.len()];
+        for column in of_law(gap, set, &here, (Law::TorqueGain, &[2.0]))? {
+            modelled.iter_mut().zip(column).for_each(|(sum, one)| *sum += one);
+        }
+        Some(Self { set, here, bodies, joints: [viscous?, offset?, rotor?], modelled })
+    }
+
+    /// Returns what every torque sensor says where dry friction gives way below `creep` rad/s, with `more` numbers after all others.
+    fn summed(&self, gap: &ArmGap, creep: f64, more: &[&Vec<f64>]) -> Option<Vec<Sums>> {
+        let dry = of_law(gap, self.set, &self.here, (Law::Coulomb, &[1.0, creep]))?;
+        let [viscous, offset, rotor] = &self.joints;
+        let of_joint = |j: usize| [&viscous[j], &dry[j], &offset[j], &rotor[j]];
+        let n = viscous.len();
+        let load = self.bodies[(n - 1) * NUMBERS..].iter().take(LOAD.len());
+        let numbers = self.bodies.iter().chain((0..n).flat_map(of_joint)).chain(load);
+        let columns: Vec<&Vec<f64>> =
+            numbers.chain([&self.modelled]).chain(more.iter().copied()).collect();
+        summed(gap, self.set, &self.here, &columns)
+    }
+}
+
+/// Returns by how much `here` falls for a law at each joint.
+fn of_law(
+    gap: &ArmGap,
+    set: Set,
+    here: &[f64],
+    (law, parameters): (Law, &[f64]),
+) -> Option<Vec<Vec<f64>>> {
+    let n = gap.models(set).first()?.arm.chain.n();
+    let column = |joint: usize| -> Option<Vec<f64>> {
+        let there = gap.residuals(set, &[Term { law, joint }], parameters)?;
         Some(here.iter().zip(there).map(|(here, there)| here - there).collect())
     };
-    let all = |law: Law, parameters: &[f64]| -> Option<Vec<Vec<f64>>> {
-        (0..n).into_par_iter().map(|joint| column((law, joint, parameters.to_vec()))).collect()
-    };
-    let [viscous, offset, rotor] =
-        [Law::Viscous, Law::TorqueOffset, Law::Armature].map(|law| all(law, &[1.0]));
-    let (viscous, offset, rotor) = (viscous?, offset?, rotor?);
-    // What a sensor would show twice is what the model says of it.
-    let mut modelled = vec![0.0; here.len()];
-    for column in all(Law::TorqueGain, &[2.0])? {
-        modelled.iter_mut().zip(column).for_each(|(sum, one)| *sum += one);
-    }
-    let with = |creep: f64| -> Option<Vec<Sums>> {
-        let dry = all(Law::Coulomb, &[1.0, creep])?;
-        let of_joint = |j: usize| [&viscous[j], &dry[j], &offset[j], &rotor[j]];
-        let load = bodies[(n - 1) * NUMBERS..].iter().take(LOAD.len());
-        let columns: Vec<&Vec<f64>> =
-            bodies.iter().chain((0..n).flat_map(of_joint)).chain(load).chain([&modelled]).collect();
-        summed(gap, set, &here, &columns)
-    };
-    CREEPS.into_iter().map(with).collect()
+    (0..n).into_par_iter().map(column).collect()
 }
 
 /// Sums columns and residuals up, sensor by sensor.
