@@ -39,6 +39,8 @@ struct Logger {
     steps: [f64; 2],
     /// A row in twelve is lost.
     loses: bool,
+    /// How late torques are read, s.
+    late: f64,
 }
 
 /// What the drives turn an ampere into, N·m/A.
@@ -48,6 +50,24 @@ const DRIVES: [f64; 7] = [11.0, 9.5, 10.2, 8.8, 5.5, 6.1, 4.9];
 fn chance(i: usize) -> f64 {
     let one = |k: usize| ((k as f64 * 12.9898 + 4.1414).sin() * 43758.547).rem_euclid(1.0);
     (0..12).map(|k| one(12 * i + k)).sum::<f64>() - 6.0
+}
+
+/// Angles, rad, speeds and accelerations at a time, s; `motion` chooses the phases.
+fn moves(motion: usize, t: f64) -> [[f64; 7]; 3] {
+    let [mut q, mut dq, mut ddq] = [[0.0; 7]; 3];
+    for j in 0..7 {
+        q[j] = 0.3 * j as f64 - 0.8;
+        for k in 1..=3 {
+            let w = 0.55 * k as f64 + 0.04 * j as f64;
+            let phase = 1.3 * (motion * 5 + j * 3 + k) as f64;
+            let (sine, cosine) = (w * t + phase).sin_cos();
+            let size = 0.45 / k as f64;
+            q[j] += size * sine;
+            dq[j] += size * w * cosine;
+            ddq[j] -= size * w * w * sine;
+        }
+    }
+    [q, dq, ddq]
 }
 
 /// Twelve seconds at 100 Hz; `motion` chooses the phases.
@@ -73,19 +93,7 @@ fn log(logger: Logger, motion: usize) -> Recording {
     let mut coloured = [0.0; 7];
     for row in 0..1200 {
         let t = row as f64 * 0.01;
-        let (mut q, mut dq, mut ddq) = ([0.0; 7], [0.0; 7], [0.0; 7]);
-        for j in 0..7 {
-            q[j] = 0.3 * j as f64 - 0.8;
-            for k in 1..=3 {
-                let w = 0.55 * k as f64 + 0.04 * j as f64;
-                let phase = 1.3 * (motion * 5 + j * 3 + k) as f64;
-                let (sine, cosine) = (w * t + phase).sin_cos();
-                let size = 0.45 / k as f64;
-                q[j] += size * sine;
-                dq[j] += size * w * cosine;
-                ddq[j] -= size * w * w * sine;
-            }
-        }
+        let [q, dq, ddq] = moves(motion, t - logger.late);
         let mut tau = dynamics.inverse(&q, &dq, &ddq).unwrap();
         if logger.friction {
             tau[1] += ROTOR * ddq[1];
@@ -104,6 +112,7 @@ fn log(logger: Logger, motion: usize) -> Recording {
         if logger.loses && chance(700_000 + motion * 1200 + row) > 1.4 {
             continue;
         }
+        let [q, dq, _] = moves(motion, t);
         let mut values = String::new();
         let groups: [(&[f64], f64); 3] = [(&q, 2e-5), (&dq, 2e-3), (tau.as_slice(), 0.05)];
         for (group, (measured, noise)) in groups.into_iter().enumerate() {
@@ -180,6 +189,25 @@ fn a_stuttering_log_of_a_known_arm_raises_no_alarm() {
     let told = |words: &str| finding.notes.iter().any(|note| note.contains(words));
     assert!(told("71 of 1200 rows repeat"), "{:?}", finding.notes);
     assert!(told("an even clock is used"), "{:?}", finding.notes);
+}
+
+/// Torques are read 3.5 ms late, rows are 10 ms apart: no effect of its own, and no friction.
+#[test]
+fn torques_that_are_a_little_late_are_no_friction() {
+    let late = Logger { late: 3.5e-3, ..Logger::default() };
+    let finding = found(late);
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:?}", finding.effects);
+    let told = finding.notes.iter().find_map(|note| note.strip_prefix("torques are read "));
+    let told: f64 = told.and_then(|note| note.split(' ').next()?.parse().ok()).unwrap_or(f64::NAN);
+    assert!((told - 3.5).abs() < 0.6, "{told} ms: {:?}", finding.notes);
+    let finding = found(Logger { friction: true, ..late });
+    for (j, [_, fluid]) in FRICTION.iter().enumerate() {
+        let at = format!("joint_{}", j + 1);
+        let is_it = |e: &&Effect| e.name == "viscous_friction" && e.at == at;
+        let effect = finding.effects.iter().find(is_it).unwrap_or_else(|| panic!("{at}"));
+        let found = number(effect, "coefficient");
+        assert!((found / fluid - 1.0).abs() < 0.05, "{at}: {found} for {fluid}");
+    }
 }
 
 /// Errors of measurement, alone and mixed.

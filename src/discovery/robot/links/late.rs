@@ -3,7 +3,9 @@
 //! A torque that is read late looks like friction: what gravity changes while a joint turns is in proportion to its speed. Half a
 //! row and more is an effect with a name; less is how the rows were written, and is taken into account before any effect is
 //! looked for. It is fitted beside all numbers of the links and of the joints, for it is one for all joints and they are not, and taken only
-//! if it predicts the recordings held out better.
+//! if the recordings held out say the same.
+
+use std::ops::Range;
 
 use nalgebra::DMatrix;
 
@@ -12,14 +14,14 @@ use super::super::explain::ArmGap;
 use super::super::term::{Law, Term};
 use super::body::NUMBERS;
 use super::fit::{Parts, Problem};
-use super::{CREEPS, Columns, of_joints, problem};
+use super::{BETTER, CREEPS, Columns, of_joints, problem};
 use crate::discovery::selection::{Residuals as _, Set};
 
 /// So many of its standard deviations it must be from none. Chosen: of five, chance gives one in two million.
 const SURE: f64 = 5.0;
-/// What it leaves of the recordings held out, at most, as a share of what is left without it. Chosen: it must say as much as
-/// a hundredth of all that is not noise; a tenth would leave frictions 10 % off.
-const BETTER: f64 = 0.99;
+/// By how much the delay of the recordings fitted and that of those held out may differ, as a share of it. Chosen: of twice as
+/// much, one of the two would as well be none.
+const AGREE: f64 = 0.5;
 
 /// Speed below which dry friction is taken to give way, rad/s: how late torques are hardly depends on it.
 const CREEP: f64 = CREEPS[1];
@@ -41,8 +43,13 @@ pub(in super::super) fn late(gap: &ArmGap) -> Option<f64> {
         Some(problem(&gap, (train?, heldout?), more[0].len()))
     };
     let without = problem([&[], &[]])?;
-    let numbers = [&parts.bodies, &parts.joints];
-    let free = without.fit(&parts.only(&numbers))?;
+    // The file's links, unless others predict clearly better: each number that is fitted makes the delay less sure.
+    let fit = |numbers: &[&Range<usize>]| without.fit(&parts.only(numbers));
+    let all = [&parts.bodies, &parts.joints];
+    let (free, bare) = (fit(&all)?, fit(&all[1..])?);
+    let left = [&free, &bare].map(|fit| without.judged(&fit.x, &free.weights));
+    let (free, numbers) =
+        if left[0] <= BETTER * left[1] { (free, &all[..]) } else { (bare, &all[1..]) };
     // By how much what is left falls for a second of delay of all that was fitted.
     let changes: Vec<[f64; NUMBERS]> = (0..parts.bodies.len() / NUMBERS)
         .map(|body| std::array::from_fn(|k| free.x[body * NUMBERS + k]))
@@ -64,11 +71,18 @@ pub(in super::super) fn late(gap: &ArmGap) -> Option<f64> {
         more[at] = 1.0;
         more
     };
-    let fit = with.fit(&also(parts.only(&numbers)))?;
-    let (delay, std) = (fit.x[last], fit.covariance[(last, last)].max(0.0).sqrt());
-    let left = [with.judged(&fit.x, &free.weights), without.judged(&free.x, &free.weights)];
-    let tells = delay.abs() > SURE * std && left[0] < BETTER * left[1];
-    (tells && delay.abs() < half).then_some(delay)
+    let directions = also(parts.only(numbers));
+    let told = |problem: &Problem| -> Option<(f64, f64)> {
+        let fit = problem.fit(&directions)?;
+        let variance = fit.covariance[(last, last)];
+        (variance > 0.0).then(|| (fit.x[last], variance.recip()))
+    };
+    let (here, there) = (told(&with)?, told(&with.turned())?);
+    let weight = here.1 + there.1;
+    let delay = (here.0 * here.1 + there.0 * there.1) / weight;
+    let is_sure = delay.abs() * weight.sqrt() > SURE;
+    let agree = (here.0 - there.0).abs() < AGREE * delay.abs();
+    (is_sure && agree && delay.abs() < half).then_some(delay)
 }
 
 /// Returns the time from row to row, s: the median of the first recording's.
