@@ -46,6 +46,11 @@ pub struct Dynamics<'a> {
 impl<'a> Dynamics<'a> {
     /// Returns the dynamics of the bodies that count, with gravity [`GRAVITY`] along -z of the base.
     pub fn new(robot: &'a Robot, bodies: Bodies) -> Self {
+        Self::at_opening(robot, bodies, 0.0)
+    }
+
+    /// Returns the same with a gap of `opening` m between the jaws: what [`Self::with_opening`] gives, joined once.
+    pub fn at_opening(robot: &'a Robot, bodies: Bodies, opening: f64) -> Self {
         let mut beyond = vec![false; robot.links.len()];
         let mut massive = Vec::new();
         for (at, link) in robot.links.iter().enumerate() {
@@ -58,7 +63,7 @@ impl<'a> Dynamics<'a> {
         }
         let gravity = Vector3::new(0.0, 0.0, -GRAVITY);
         let (frames, bodies) = (Frames::default(), Vec::new());
-        Self { robot, massive, gravity, opening: 0.0, frames, bodies }.joined()
+        Self { robot, massive, gravity, opening, frames, bodies }.joined()
     }
 
     /// Joins what is rigid.

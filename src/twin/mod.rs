@@ -69,7 +69,7 @@ mod person;
 pub mod render;
 mod settings;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -120,9 +120,20 @@ pub struct Twin {
     motion: (Vec<f64>, Vec<f64>),
     /// Speeds after the steps before it, the latest first, rad/s.
     earlier: [Vec<f64>; 4],
+    /// What the joints carry now, once somebody has asked.
+    load: OnceLock<Load>,
     /// Who may take what is held out, and what somebody pulls with now, N at a place in the world, m.
     person: Option<Person>,
     pulled: Option<(Vector3<f64>, Vector3<f64>)>,
+}
+
+/// What it takes to carry and accelerate links, gripper and the held object with its water, N·m, base first.
+#[derive(Debug, Clone)]
+struct Load {
+    /// With the acceleration of the last step.
+    now: Vec<f64>,
+    /// With the acceleration that the speeds of every other step say.
+    every_other: Vec<f64>,
 }
 
 /// A twin at one instant, to return to.
@@ -205,6 +216,7 @@ impl Twin {
             grip: Grip { aim: goal, goal, speed: 0.0, force: settings.gripper.force },
             motion: (vec![0.0; n], vec![0.0; n]),
             earlier: std::array::from_fn(|_| vec![0.0; n]),
+            load: OnceLock::new(),
             person: None,
             pulled: None,
             settings,
@@ -262,7 +274,7 @@ impl Twin {
         let (mut aim, speed) = self.command.clone();
         if self.settings.arm.compliance.iter().any(|&c| c > 0.0) {
             // The servo brings the motor to the command; the link hangs from it by the gear's spring.
-            let load = self.torques();
+            let load = &self.load().now;
             for (i, aim) in aim.iter_mut().enumerate() {
                 *aim -= self.settings.arm.compliance[i] * load[i];
             }
@@ -293,6 +305,7 @@ impl Twin {
                 self.feel_water();
             }
         }
+        self.load = OnceLock::new();
         self.check()
     }
 
@@ -382,7 +395,7 @@ impl Twin {
     /// Returns what the joints' encoders say, base first, rad: the angles on the motors' side.
     pub fn encoders(&self) -> Vec<f64> {
         let mut q = self.q();
-        let tau = self.torques();
+        let tau = &self.load().now;
         for (i, q) in q.iter_mut().enumerate() {
             *q += self.settings.arm.compliance[i] * tau[i];
         }
@@ -394,7 +407,7 @@ impl Twin {
     ///
     /// Positive as the joint turns. Contacts other than the grasp are not in it.
     pub fn torques(&self) -> Vec<f64> {
-        self.torques_at(&self.motion.1)
+        self.load().now.clone()
     }
 
     /// Returns the same as sensors feel it that look at every other step, N·m: with the acceleration that the speeds of
@@ -403,11 +416,7 @@ impl Twin {
     /// A servo that is told where to be every other step pushes harder in one than in the other, in proportion to the
     /// speed; who looks at one step alone takes that for friction. A mean over two would be late by two milliseconds.
     pub fn torques_sensed(&self) -> Vec<f64> {
-        let [_, two, _, four] = &self.earlier;
-        let span = 4.0 * self.settings.dt;
-        let now = self.motion.0.iter().zip(two).zip(four);
-        let ddq = now.map(|((now, two), four)| (3.0 * now - 4.0 * two + four) / span);
-        self.with_pushes(self.torques_at(&ddq.collect::<Vec<f64>>()))
+        self.with_pushes(self.load().every_other.clone())
     }
 
     /// Returns what ideal torque sensors say, N·m: as [`Self::torques`], and what pushes on the hand or on what it holds.
@@ -447,22 +456,31 @@ impl Twin {
             .filter(|&held| self.scene.drawer(&self.scene.objects[held].name).is_none())
     }
 
-    fn torques_at(&self, ddq: &[f64]) -> Vec<f64> {
-        let gravity = self.scene.world_from_base.rotation().inverse() * self.settings.gravity;
-        let mut arm = Dynamics::new(&self.robot, Bodies::All)
-            .with_gravity(gravity)
-            .with_opening(self.opening());
-        if let Some(object) = self.payload()
-            && let Some(inertial) = self.physics.object_inertia(object)
-            && let Some(pose) = self.physics.object_pose(object)
-        {
-            let tip_from_object = self.physics.link_pose(self.robot.tip()).inverse() * pose;
-            arm = arm.with_payload(inertial.seen_from(&tip_from_object));
-        }
-        let dq = &self.motion.0;
-        let tau = arm.inverse(&self.q(), dq, ddq);
-        // Only joints that are nowhere have no torques; the step that brought them there said so.
-        tau.map_or_else(|_| vec![f64::NAN; dq.len()], |tau| tau.as_slice().to_vec())
+    /// Returns what the joints carry now: worked out once an instant, since servo, encoders and sensors all ask.
+    fn load(&self) -> &Load {
+        self.load.get_or_init(|| {
+            let gravity = self.scene.world_from_base.rotation().inverse() * self.settings.gravity;
+            let mut arm = Dynamics::at_opening(&self.robot, Bodies::All, self.opening())
+                .with_gravity(gravity);
+            if let Some(object) = self.payload()
+                && let Some(inertial) = self.physics.object_inertia(object)
+                && let Some(pose) = self.physics.object_pose(object)
+            {
+                let tip_from_object = self.physics.link_pose(self.robot.tip()).inverse() * pose;
+                arm = arm.with_payload(inertial.seen_from(&tip_from_object));
+            }
+            let (q, (dq, ddq)) = (self.q(), &self.motion);
+            // Only joints that are nowhere have no torques; the step that brought them there said so.
+            let at = |ddq: &[f64]| {
+                let tau = arm.inverse(&q, dq, ddq);
+                tau.map_or_else(|_| vec![f64::NAN; dq.len()], |tau| tau.as_slice().to_vec())
+            };
+            let [_, two, _, four] = &self.earlier;
+            let span = 4.0 * self.settings.dt;
+            let speeds = dq.iter().zip(two).zip(four);
+            let sensed = speeds.map(|((now, two), four)| (3.0 * now - 4.0 * two + four) / span);
+            Load { now: at(ddq), every_other: at(&sensed.collect::<Vec<f64>>()) }
+        })
     }
 
     /// Returns the opening between the pads, m.
