@@ -110,14 +110,15 @@ impl Thing {
         times(&self.world_from_local, &p) + self.origin
     }
 
-    /// Returns whether the line `o + t d`, `d` of length 1, comes near enough ahead to be worth a closer look.
+    /// Returns whether the line `o + t d`, `d` of length 1, comes near enough ahead, before `t` is `most`, to be worth a closer
+    /// look.
     #[inline]
-    pub(super) fn near(&self, o: Vector3<f64>, d: Vector3<f64>) -> bool {
+    pub(super) fn near(&self, o: Vector3<f64>, d: Vector3<f64>, most: f64) -> bool {
         let to = self.centre - o;
         let along = to.dot(&d);
         let r2 = self.radius * self.radius;
         let off = to.norm_squared() - along * along;
-        off <= r2 && (along >= 0.0 || to.norm_squared() <= r2)
+        off <= r2 && along - self.radius < most && (along >= 0.0 || to.norm_squared() <= r2)
     }
 
     /// Returns whether the thing may stand between `o` and a part of the lamp.
@@ -152,14 +153,21 @@ impl Thing {
         solid.grown(width).span(o, d).is_some_and(|span| span.leave > 0.0)
     }
 
-    /// Returns where a ray first meets the thing beyond `least`, taking it as opaque.
+    /// Returns where a ray first meets the thing beyond `least` and before `most`, taking it as opaque: of what lies behind
+    /// something else no surface is worked out.
     #[inline]
-    pub(super) fn hit(&self, o: Vector3<f64>, d: Vector3<f64>, least: f64) -> Option<Hit> {
+    pub(super) fn hit(
+        &self,
+        o: Vector3<f64>,
+        d: Vector3<f64>,
+        least: f64,
+        most: f64,
+    ) -> Option<Hit> {
         let (lo, ld) = self.inward(o, d);
         match &self.kind {
             Kind::Solid(solid) => {
                 let span = solid.span(lo, ld)?;
-                (span.enter > least)
+                (span.enter > least && span.enter < most)
                     .then(|| self.report(solid, span.enter, span.enter_face, lo, ld))
             }
             Kind::Vessel(hollow) => {
@@ -172,10 +180,10 @@ impl Thing {
                             || (c.enter_face == TOP && c.enter <= span.enter + 1e-9))
                 });
                 let Some(c) = open else {
-                    return (span.enter > least)
+                    return (span.enter > least && span.enter < most)
                         .then(|| self.report(&hollow.outer, span.enter, span.enter_face, lo, ld));
                 };
-                if c.leave_face == TOP {
+                if c.leave_face == TOP || c.leave >= most {
                     return None;
                 }
                 let at = lo + ld * c.leave;
@@ -189,7 +197,13 @@ impl Thing {
             }
             Kind::Mesh(surface) => {
                 let (t, normal, face) = surface.hit(lo, ld, least)?;
-                Some(Hit { t, normal: self.outward(normal), face, depth: 0.0, wet: false })
+                (t < most).then(|| Hit {
+                    t,
+                    normal: self.outward(normal),
+                    face,
+                    depth: 0.0,
+                    wet: false,
+                })
             }
             Kind::Triangle { a, ab, ac } => {
                 // Möller and Trumbore, 1997.
@@ -203,7 +217,7 @@ impl Thing {
                 let q = s.cross(ab);
                 let v = ld.dot(&q) / det;
                 let t = ac.dot(&q) / det;
-                if u < 0.0 || v < 0.0 || u + v > 1.0 || t <= least {
+                if u < 0.0 || v < 0.0 || u + v > 1.0 || t <= least || t >= most {
                     return None;
                 }
                 let normal = self.outward(ab.cross(ac)).normalize();
@@ -233,10 +247,10 @@ impl Thing {
             Kind::Solid(solid) => solid.span(lo, ld).is_some_and(|span| span.leave > 1e-6),
             Kind::Vessel(hollow) => {
                 let from_wall = hollow.outer.holds(lo) && !hollow.cavity.holds(lo);
-                from_wall || self.hit(o, d, 1e-6).is_some()
+                from_wall || self.hit(o, d, 1e-6, f64::INFINITY).is_some()
             }
             Kind::Mesh(surface) => surface.blocks(lo, ld),
-            Kind::Triangle { .. } => self.hit(o, d, 1e-6).is_some(),
+            Kind::Triangle { .. } => self.hit(o, d, 1e-6, f64::INFINITY).is_some(),
         }
     }
 
@@ -268,7 +282,7 @@ impl Thing {
                 solid.span(lo + stride * k as f64, ld).is_some_and(|span| span.leave > 1e-6)
             } else {
                 let o = from + step * k as f64;
-                self.near(o, d) && self.blocks(o, d)
+                self.near(o, d, f64::INFINITY) && self.blocks(o, d)
             };
             if blocks {
                 told(k);

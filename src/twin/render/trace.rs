@@ -107,9 +107,10 @@ impl<'a> Stage<'a> {
         let mut clear: Option<(f64, usize)> = None;
         let mut consider = |index: usize| {
             let thing = &self.things[index];
+            let nearest = solid.map_or(f64::INFINITY, |(best, _)| best.t);
             let hit = if index == 0 {
                 self.meet_table(o, d)
-            } else if !thing.near(o, d) {
+            } else if !thing.near(o, d, nearest) {
                 return;
             } else if thing.paint.transparent {
                 if let Some(t) = entry(thing, o, d)
@@ -119,7 +120,7 @@ impl<'a> Stage<'a> {
                 }
                 return;
             } else {
-                thing.hit(o, d, 1e-6)
+                thing.hit(o, d, 1e-6, nearest)
             };
             if let Some(hit) = hit
                 && solid.is_none_or(|(best, _)| hit.t < best.t)
@@ -170,7 +171,7 @@ impl<'a> Stage<'a> {
                 return Some(Hit { t, normal: Vector3::z(), face: TOP, depth: 0.0, wet: false });
             }
         }
-        self.things[0].hit(o, d, 1e-6)
+        self.things[0].hit(o, d, 1e-6, f64::INFINITY)
     }
 
     /// Looks along `d` (any length) where only room and table can be seen; distances are in lengths of `d`.
@@ -301,7 +302,7 @@ impl<'a> Stage<'a> {
             }
             for &caster in casters {
                 let thing = &self.things[caster as usize];
-                if thing.near(from, to) && thing.blocks(from, to) {
+                if thing.near(from, to, f64::INFINITY) && thing.blocks(from, to) {
                     left = left.min(if thing.paint.transparent { 0.7 } else { 0.0 });
                     if left <= 0.0 {
                         break;
