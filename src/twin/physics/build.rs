@@ -173,7 +173,8 @@ impl Physics {
                 .insert(a, b, joint, true)
                 .expect("each body of a tree is joined to one parent");
             let axis = joint_axis(moved);
-            let joint = Joint { handle, axis, body: i };
+            let range = range.iter().all(|limit| limit.is_finite()).then_some(range);
+            let joint = Joint { handle, axis, body: i, range };
             if limits.is_some() { self.arm.push(joint) } else { self.jaws.push(joint) }
         }
     }

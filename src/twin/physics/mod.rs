@@ -40,6 +40,10 @@ const PRESSES: f64 = 0.5;
 /// Water whose mass changes by less than this share, and whose centre by less than so many metres, is the same.
 const SAME: f64 = 1e-6;
 
+/// A joint is told of its limits when one is nearer than this share of its range: 0.2 rad of the Gen3's, a hundred times what
+/// it turns in a step.
+const NEAR_LIMIT: f64 = 0.05;
+
 /// A moving joint in the engine.
 #[derive(Debug, Clone, Copy)]
 struct Joint {
@@ -47,6 +51,8 @@ struct Joint {
     axis: JointAxis,
     /// The body it moves, in [`Tree::bodies`].
     body: usize,
+    /// Where it ends, rad or m, if it does.
+    range: Option<[f64; 2]>,
 }
 
 /// The rigid world: arm, gripper, table and objects.
@@ -170,6 +176,7 @@ impl Physics {
     pub fn step(&mut self, creep: f64) {
         let creep = self.creeping(creep);
         let hooks: &dyn PhysicsHooks = creep.as_ref().map_or(&(), |creep| creep);
+        self.mind_limits();
         self.pipeline.step(
             to_engine(&self.gravity),
             &self.parameters,
@@ -185,6 +192,22 @@ impl Physics {
             hooks,
             &(),
         );
+    }
+
+    /// Tells the engine of the limits of joints that are near one: of all others they ask for nothing, and the engine
+    /// works out a constraint for each of them in every part of a step.
+    fn mind_limits(&mut self) {
+        for joint in self.arm.iter().chain(&self.jaws) {
+            let Some([low, high]) = joint.range else { continue };
+            let margin = NEAR_LIMIT * (high - low);
+            let inside = low + margin..high - margin;
+            let is_far = inside.contains(&self.coordinate(joint));
+            let (multibody, link) =
+                self.multibody_joints.get_mut(joint.handle).expect("never removed");
+            if let Some(link) = multibody.link_mut(link) {
+                link.joint.data.limit_axes.set(joint.axis.into(), !is_far);
+            }
+        }
     }
 
     /// Returns the arm's joint angles, base first, rad, on the links' side.
