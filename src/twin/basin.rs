@@ -4,6 +4,7 @@
 //! that need not be the vessel's axis. Everything is in the vessel's frame, m. How it leaves is [`super::hold`]'s.
 
 use nalgebra::Vector3;
+use wide::f64x4;
 
 use crate::world::Shape;
 
@@ -19,14 +20,52 @@ const STEPS: usize = 27;
 /// The inside of a vessel.
 #[derive(Debug, Clone)]
 pub struct Basin {
-    /// Feet of the columns, m.
-    feet: Vec<[f64; 2]>,
-    /// From where to where each column is inside, m.
-    room: Vec<[f64; 2]>,
+    columns: Vec<Four>,
+    /// Feet of the columns at the ends of the rows, m: one of them is the farthest along any direction.
+    ends: Vec<[f64; 2]>,
     /// What each column has of the inside's area, m².
     column: f64,
     floor: f64,
     rim: f64,
+}
+
+/// Four columns, worked out at once.
+#[derive(Debug, Clone, Copy)]
+struct Four {
+    /// Their feet, m.
+    x: f64x4,
+    y: f64x4,
+    /// From where to where each is inside, m.
+    floor: f64x4,
+    rim: f64x4,
+}
+
+impl Four {
+    fn new(feet: &[[f64; 2]], room: &[[f64; 2]]) -> Self {
+        // What is left over of the last four is nowhere inside.
+        let all = |of: &[[f64; 2]], k: usize| {
+            let each: [f64; 4] = std::array::from_fn(|i| of.get(i).map_or(0.0, |it| it[k]));
+            f64x4::from(each)
+        };
+        Self { x: all(feet, 0), y: all(feet, 1), floor: all(room, 0), rim: all(room, 1) }
+    }
+
+    /// Returns from where to where they are wet when the surface is at a height.
+    #[inline]
+    fn wet(&self, level: &Level, height: f64) -> [f64x4; 2] {
+        let reach = level.x * self.x + level.y * self.y;
+        let cut = (f64x4::splat(height) - reach) * level.per_z;
+        let cut = cut.fast_max(self.floor).fast_min(self.rim);
+        if level.is_upright { [self.floor, cut] } else { [cut, self.rim] }
+    }
+}
+
+/// How a surface lies: up's parts, and one by that along the axis.
+struct Level {
+    x: f64x4,
+    y: f64x4,
+    per_z: f64x4,
+    is_upright: bool,
 }
 
 /// How so much liquid stands in a basin.
@@ -75,37 +114,47 @@ impl Basin {
             let lengths: f64 = room.iter().map(|[from, to]| to - from).sum();
             column = hollow.volume() / lengths;
         }
-        Self { feet, room, column, floor: wall, rim }
+        let columns = feet.chunks(4).zip(room.chunks(4)).map(|(feet, room)| Four::new(feet, room));
+        let columns = columns.collect();
+        let rows = feet.chunk_by(|[_, a], [_, b]| a.total_cmp(b).is_eq());
+        let ends = rows.flat_map(|row| [row.first(), row.last()]).flatten().copied().collect();
+        Self { columns, ends, column, floor: wall, rim }
     }
 
     /// Returns how `volume` m³ stand when `up` (unit) is up. More than it holds fills it.
     pub fn stand(&self, up: &Vector3<f64>, volume: f64) -> Stand {
+        self.stand_near(up, volume, f64::NAN)
+    }
+
+    /// As [`Self::stand`], quicker where the surface is near a height (m along `up`), as it is a moment after it was there.
+    pub fn stand_near(&self, up: &Vector3<f64>, volume: f64, near: f64) -> Stand {
         let z = if up.z.abs() < LEVEL { LEVEL.copysign(up.z) } else { up.z };
-        let reach = |foot: &[f64; 2]| up.x * foot[0] + up.y * foot[1];
-        let heights = self
-            .feet
-            .iter()
-            .flat_map(|foot| [reach(foot) + z * self.floor, reach(foot) + z * self.rim]);
+        let [x, y, per_z] = [up.x, up.y, 1.0 / z].map(f64x4::splat);
+        let level = Level { x, y, per_z, is_upright: z > 0.0 };
+        let heights = self.ends.iter().flat_map(|foot| {
+            let reach = up.x * foot[0] + up.y * foot[1];
+            [reach + z * self.floor, reach + z * self.rim]
+        });
         let (mut low, mut high) =
             heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
-        let mut height = f64::midpoint(low, high);
+        let mut height = if near > low && near < high { near } else { f64::midpoint(low, high) };
         // Newton's step where it stays between what is too low and too high, else half of that.
         for _ in 0..STEPS {
-            let (mut held, mut surface) = (0.0, 0.0);
-            for (foot, room) in self.feet.iter().zip(&self.room) {
-                let [from, to] = wet(room, reach(foot), z, height);
-                held += to - from;
-                if to > from && to - from < room[1] - room[0] {
-                    surface += 1.0;
-                }
+            let (mut held, mut surface) = (f64x4::ZERO, f64x4::ZERO);
+            for four in &self.columns {
+                let [from, to] = four.wet(&level, height);
+                let wet = to - from;
+                held += wet;
+                let is_cut = wet.simd_gt(f64x4::ZERO) & wet.simd_lt(four.rim - four.floor);
+                surface += is_cut & f64x4::ONE;
             }
-            let missing = volume / self.column - held;
+            let missing = volume / self.column - held.reduce_add();
             if missing > 0.0 {
                 low = height;
             } else {
                 high = height;
             }
-            let step = height + missing * z.abs() / f64::max(surface, 1.0);
+            let step = height + missing * z.abs() / f64::max(surface.reduce_add(), 1.0);
             let next = if step > low && step < high { step } else { f64::midpoint(low, high) };
             let moved = (next - height).abs();
             height = next;
@@ -113,22 +162,20 @@ impl Basin {
                 break;
             }
         }
-        let (mut held, mut sum) = (0.0, Vector3::zeros());
-        for (foot, room) in self.feet.iter().zip(&self.room) {
-            let [from, to] = wet(room, reach(foot), z, height);
-            held += to - from;
-            sum += Vector3::new(foot[0], foot[1], f64::midpoint(from, to)) * (to - from);
+        let (mut held, mut sum) = (f64x4::ZERO, [f64x4::ZERO; 3]);
+        for four in &self.columns {
+            let [from, to] = four.wet(&level, height);
+            let wet = to - from;
+            held += wet;
+            sum[0] += four.x * wet;
+            sum[1] += four.y * wet;
+            sum[2] += (from + to) * f64x4::HALF * wet;
         }
+        let held = held.reduce_add();
+        let sum = Vector3::from(sum.map(f64x4::reduce_add));
         let centre = if held > 0.0 { sum / held } else { Vector3::z() * self.floor };
         Stand { height, centre }
     }
-}
-
-/// Returns from where to where a column with that room is wet when the surface is at `height`; `reach` is how far along up
-/// its foot at the origin's height is, `z` what the axis has of up.
-fn wet([floor, rim]: &[f64; 2], reach: f64, z: f64, height: f64) -> [f64; 2] {
-    let cut = ((height - reach) / z).clamp(*floor, *rim);
-    if z > 0.0 { [*floor, cut] } else { [cut, *rim] }
 }
 
 #[cfg(test)]

@@ -337,9 +337,10 @@ impl Fluid {
         let counts = self.standing();
         for (moving, n) in self.vessels.iter_mut().zip(counts) {
             let up = moving.now.rotation.cast::<f64>().inverse() * moving.slosh.up;
-            let (_, before, had) = &moving.stand;
-            if n != *had || (up - before).norm() > STILL {
-                moving.stand = (moving.basin.stand(&up, n as f64 * self.volume), up, n);
+            let (before, then, had) = &moving.stand;
+            if n != *had || (up - then).norm() > STILL {
+                let stand = moving.basin.stand_near(&up, n as f64 * self.volume, before.height);
+                moving.stand = (stand, up, n);
             }
         }
     }
