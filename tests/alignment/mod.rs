@@ -7,6 +7,8 @@ mod intrinsics;
 mod camera_fit;
 mod boards;
 mod chessboard;
+mod drawn_board;
+mod chessboard_drawn;
 mod hand_eye;
 mod hand_eye_boards;
 mod offset;

@@ -2,12 +2,12 @@
 //!
 //! At every pixel of an edge that runs through the corner `c`, the gradient `g` is normal to the way from it:
 //! `gᵀ(p - c) = 0`. The least-squares solution is `c = (Σ w g gᵀ)⁻¹ Σ w g gᵀ p`, found anew around itself until
-//! it rests.
+//! it rests. Whether what is there is a corner of a board at all, [`lopsided`] tells.
 //!
 //! Source: Förstner and Gülch, "A fast operator for detection and precise location of distinct points, corners and
 //! centres of circular features", ISPRS 1987.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
 use crate::alignment::picture::Plane;
 
@@ -55,4 +55,39 @@ pub(in crate::alignment) fn refine(
         }
     }
     Some(at)
+}
+
+/// Returns how far what is around a place is from being the same at half a turn, as a part of its contrast: 0 of a corner of a board
+/// however it is turned, tilted and blurred, and also where the light falls off across it; near 1 where it is half something else.
+///
+/// At half a turn `I(c + d) = I(c - d)`; light that falls off by `a + bᵀd` leaves a difference of `bᵀd` times what is there, and
+/// a veil that does so `bᵀd` alone. Both are fitted and taken off.
+pub(super) fn lopsided(grey: &Plane, at: Vector2<f64>, radius: f64) -> f64 {
+    let n = radius.ceil() as i64;
+    let look = |d: Vector2<f64>| f64::from(grey.sample(at.x + d.x, at.y + d.y));
+    let mut pairs: Vec<(Vector2<f64>, f64, f64)> = Vec::new();
+    for dy in 0..=n {
+        for dx in -n..=n {
+            let d = Vector2::new(dx as f64, dy as f64);
+            // Of two opposite ones the one that comes later.
+            if d.norm() <= radius && (dy > 0 || dx > 0) {
+                let (a, b) = (look(d), look(-d));
+                pairs.push((d, a - b, 0.5 * (a + b)));
+            }
+        }
+    }
+    let count = pairs.len().max(1) as f64;
+    let mean = pairs.iter().map(|pair| pair.2).sum::<f64>() / count;
+    let basis = |d: &Vector2<f64>, even: f64| Vector4::new(d.x, d.y, d.x * even, d.y * even);
+    let (mut square, mut right) = (Matrix4::zeros(), Vector4::zeros());
+    for (d, odd, even) in &pairs {
+        let b = basis(d, even - mean);
+        square += b * b.transpose();
+        right += b * *odd;
+    }
+    let falls = square.try_inverse().map_or(Vector4::zeros(), |inverse| inverse * right);
+    let odd = pairs.iter().map(|(d, odd, even)| (odd - falls.dot(&basis(d, even - mean))).powi(2));
+    let odd = 0.25 * odd.sum::<f64>();
+    let even = pairs.iter().map(|pair| (pair.2 - mean).powi(2)).sum::<f64>();
+    (odd / (odd + even).max(f64::MIN_POSITIVE)).sqrt()
 }
