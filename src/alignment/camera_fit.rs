@@ -113,7 +113,7 @@ impl Refine {
 /// rad, shifts along the world's in m.
 pub const PARAMETERS: [&str; INTRINSIC + POSE] = [
     NAMES[0], NAMES[1], NAMES[2], NAMES[3], NAMES[4], NAMES[5], NAMES[6], NAMES[7], NAMES[8],
-    NAMES[9], "turn_x", "turn_y", "turn_z", "x", "y", "z",
+    NAMES[9], NAMES[10], "turn_x", "turn_y", "turn_z", "x", "y", "z",
 ];
 
 /// The camera and what is known about it.
@@ -166,6 +166,7 @@ impl CameraFit {
             poses: vec![self.camera.world_from_camera],
             aspect: None,
             size: (self.camera.intrinsics.width, self.camera.intrinsics.height),
+            lens: self.camera.intrinsics.model,
         };
         let mut x = problem.start(&self.camera.intrinsics);
         x[parameter] += step;
@@ -210,6 +211,7 @@ pub fn refine_camera(
         poses: vec![guess.world_from_camera],
         aspect: Some(k.fx / k.fy),
         size: (k.width, k.height),
+        lens: k.model,
     };
     let options = options(&k, refine);
     let mut starts = vec![guess.world_from_camera];
@@ -251,7 +253,7 @@ pub fn refine_camera(
 fn options(k: &Intrinsics, refine: &Refine) -> fit::Options {
     // fy follows fx, and one view of a plane cannot tell skew.
     // The lens's further terms stay as guessed: one view does not tell them.
-    let mut fixed = vec![1, 4, 7, 8, 9];
+    let mut fixed = vec![1, 4, 7, 8, 9, 10];
     let mut priors = Vec::new();
     let p = refine.priors;
     let mut free = |on: bool, parameter: usize, mean: f64, std: f64| {

@@ -2,14 +2,17 @@
 //!
 //! [`calibrate`] takes views. Where all extrinsics are known, `u = fx (X/Z) + cx` and `v = fy (Y/Z) + cy`
 //! are two straight lines, polished together with the distortion. Where none are, every view is one of a
-//! planar target (z = 0) and the camera comes from Zhang's closed form, polished over all poses. Which terms
+//! planar target (z = 0) and the camera comes from Zhang's closed form, or of a fisheye from a search of the focal length
+//! (`fisheye.rs`), polished over all poses. Which terms
 //! a lens needs is [`lens::choose`]'s question, what views lack [`coverage`]'s. Finding
 //! the one camera of the scene from a rough guess is [`crate::alignment::camera_fit`]'s work.
 //!
 //! Source: Zhang, "A Flexible New Technique for Camera Calibration", PAMI 2000, §3 and Appendix B.
 
 pub mod coverage;
+mod fisheye;
 pub mod lens;
+pub mod strays;
 mod zhang;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -17,7 +20,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::reprojection::{INTRINSIC, LENS, POSE, Reprojection, Seen};
 use super::{Error, TooAlike};
 use crate::fit::{self, Fit, Noise, Prior};
-use crate::world::{Intrinsics, Pixel, Point, Pose, frame};
+use crate::world::{Intrinsics, LensModel, Pixel, Point, Pose, frame};
 
 /// What one picture shows of the points.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,11 +51,21 @@ pub enum Distortion {
     K1K2P1P2,
     /// All five.
     K1K2P1P2K3,
+    /// A fisheye that shows angles as they are.
+    FisheyeNone,
+    /// A fisheye with `k1`.
+    FisheyeK1,
+    /// A fisheye with `k1` and `k2`.
+    FisheyeK1K2,
+    /// A fisheye with `k1`, `k2` and `k3`.
+    FisheyeK1K2K3,
+    /// A fisheye with all four terms.
+    Fisheye,
 }
 
 impl Distortion {
-    /// All choices, those with fewer terms first.
-    pub const ALL: [Self; 7] = [
+    /// All choices: those of Brown's lens, then those of a fisheye, each with fewer terms first.
+    pub const ALL: [Self; 12] = [
         Self::None,
         Self::K1,
         Self::K1K2,
@@ -60,6 +73,11 @@ impl Distortion {
         Self::K1P1P2,
         Self::K1K2P1P2,
         Self::K1K2P1P2K3,
+        Self::FisheyeNone,
+        Self::FisheyeK1,
+        Self::FisheyeK1K2,
+        Self::FisheyeK1K2K3,
+        Self::Fisheye,
     ];
 
     /// Returns the choice of that name on the command line.
@@ -77,21 +95,39 @@ impl Distortion {
             Self::K1P1P2 => "k1p1p2",
             Self::K1K2P1P2 => "k1k2p1p2",
             Self::K1K2P1P2K3 => "k1k2p1p2k3",
+            Self::FisheyeNone => "fisheye-none",
+            Self::FisheyeK1 => "fisheye-k1",
+            Self::FisheyeK1K2 => "fisheye-k1k2",
+            Self::FisheyeK1K2K3 => "fisheye-k1k2k3",
+            Self::Fisheye => "fisheye",
         }
     }
 
-    /// Returns which of `k1, k2, p1, p2, k3` are fitted.
-    pub fn terms(self) -> [bool; 5] {
-        let (k2, p, k3) = match self {
-            Self::None => return [false; 5],
-            Self::K1 => (false, false, false),
-            Self::K1K2 => (true, false, false),
-            Self::K1K2K3 => (true, false, true),
-            Self::K1P1P2 => (false, true, false),
-            Self::K1K2P1P2 => (true, true, false),
-            Self::K1K2P1P2K3 => (true, true, true),
+    /// Returns what the terms mean.
+    pub fn model(self) -> LensModel {
+        match self {
+            Self::FisheyeNone
+            | Self::FisheyeK1
+            | Self::FisheyeK1K2
+            | Self::FisheyeK1K2K3
+            | Self::Fisheye => LensModel::Fisheye,
+            _ => LensModel::Brown,
+        }
+    }
+
+    /// Returns which of `k1, k2, p1, p2, k3, k4` are fitted.
+    pub fn terms(self) -> [bool; INTRINSIC - LENS] {
+        let named: &[&str] = match self {
+            Self::None | Self::FisheyeNone => &[],
+            Self::K1 | Self::FisheyeK1 => &["k1"],
+            Self::K1K2 | Self::FisheyeK1K2 => &["k1", "k2"],
+            Self::K1K2K3 | Self::FisheyeK1K2K3 => &["k1", "k2", "k3"],
+            Self::K1P1P2 => &["k1", "p1", "p2"],
+            Self::K1K2P1P2 => &["k1", "k2", "p1", "p2"],
+            Self::K1K2P1P2K3 => &["k1", "k2", "p1", "p2", "k3"],
+            Self::Fisheye => &["k1", "k2", "k3", "k4"],
         };
-        [true, k2, p, p, k3]
+        std::array::from_fn(|term| named.contains(&NAMES[LENS + term]))
     }
 }
 
@@ -311,7 +347,8 @@ fn polish(
         })
         .collect();
     let size = options.image_size.unwrap_or((0, 0));
-    let problem = Reprojection { seen, poses, aspect, size };
+    let lens = options.distortion.model();
+    let problem = Reprojection { seen, poses, aspect, size, lens };
     // Without priors the size of sigma cancels and the noise is taken from the residuals.
     let noise = if priors.is_empty() { Noise::Estimated } else { Noise::Known };
     let solver =
@@ -326,7 +363,8 @@ fn polish(
 }
 
 /// Names of the intrinsic parameters, in order.
-pub const NAMES: [&str; INTRINSIC] = ["fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3"];
+pub const NAMES: [&str; INTRINSIC] =
+    ["fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3", "k4"];
 
 fn name_direction(direction: &fit::Direction) -> TooAlike {
     let names: Vec<&'static str> = direction

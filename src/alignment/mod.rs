@@ -36,6 +36,8 @@ pub mod boards;
 pub mod ball;
 pub mod outline;
 pub mod placement;
+pub mod choice;
+mod likeness;
 pub mod refine;
 pub mod doubt;
 pub mod segment;

@@ -4,7 +4,7 @@
 //! a grid over the table is scored by how well the picture's edges, colours and changes against the table
 //! agree with the solid's predicted outline; the best are climbed at finer scales and fitted by
 //! [`super::refine`]. Several distinct candidates come back, best first, so that the caller can see how far
-//! behind the runner-up is and keep objects out of each other.
+//! behind the runner-up is and keep objects out of each other, which is [`super::choice`]'s work.
 //!
 //! The edge score is a mean plus the mean of its weakest third: a true outline has no side without support,
 //! a chance alignment nearly always has one.
@@ -19,8 +19,9 @@ use nalgebra::Vector2;
 use rayon::prelude::*;
 
 use super::doubt::Doubt;
+use super::likeness::likeness;
 use super::outline::{Kind, ObjectPose, Outline, Projector, Sample, inside_convex};
-use super::picture::{BLACK, Level, Picture, Plane, lab, linear};
+use super::picture::{Level, Picture, Plane};
 use super::refine::{self, Fit};
 use crate::world::{Material, Object, Shape};
 
@@ -206,7 +207,7 @@ const FINER: (usize, f64, f64) = (12, 0.012, 0.15);
 /// of 8 mm comes to the top; with twice as many places this part takes as long as the first round.
 const AROUND: (usize, i32, f64) = (3, 4, 0.006);
 /// The candidates that come out.
-const FITTED: usize = 8;
+pub(super) const FITTED: usize = 8;
 /// First steps of the climbs, m and rad: half of [`GRID_M`] and [`GRID_YAW`], and at full size three times where that
 /// climb ends (3 mm are 2.5 px of the kitchen's picture). In [`HALVINGS`] rounds, each with half the step, they come
 /// down to 1 mm and 0.4 mm.
@@ -584,145 +585,4 @@ fn distinct(
         }
     }
     kept
-}
-
-/// Chroma, CIELAB, above which a thing is known by its chromaticity. Chosen: with half of it a grey thing
-/// that is said to be slightly warm is looked for by a colour that any lamp gives the whole table; with twice as much a
-/// pale blue cup is looked for by its lightness, which changes with the light.
-const COLOURED: f32 = 18.0;
-/// Deviation of chromaticity (shares of red and blue in linear light) within one thing. Chosen: grey is at 0.33 and a
-/// pure colour at 1, so that this is an eighth of what there is between them. With half of it a thing under a warm
-/// lamp does not have its own colour, with twice as much a brown table looks half like an orange thing.
-const CHROMATICITY: f32 = 0.09;
-/// Deviations of lightness and of a, b of a thing without colour, CIELAB. Chosen: lightness may change by a shaded
-/// face, a and b only by the lamp. With half of them a grey thing's own shaded side is another thing, with twice as
-/// much every table is grey.
-const GREY: [f32; 2] = [25.0, 8.0];
-/// How many candidates of each object are tried for a consistent choice, best first. Several of one look share a longer list,
-/// whose end only says how unsure they are: with all of it what is absent took the place of a bottle, and the bottle one of
-/// its own look-alikes, since two poor places count for more than one good one.
-const CHOICES: usize = FITTED;
-/// How much two things may overlap, m. Chosen: things are placed within 0.1 to 5 mm (`docs/results.md`), so that what
-/// stands side by side may be seen a little into each other. With half of it things that touch exclude each other;
-/// twice as much lets two things stand where hardly one does.
-const SLACK_M: f64 = 0.003;
-/// Corners of the polygon that stands for a circle there: inside it by 0.9 % of the radius, 0.7 mm of a cup.
-const CIRCLE: usize = 24;
-
-/// Returns how much each small pixel has the object's colour, `None` when that says nothing.
-fn likeness(picture: &Picture, object: &Object) -> Option<Plane> {
-    if object.material == Material::Transparent || picture.is_grey {
-        return None;
-    }
-    let [_, a, b] = lab(object.colour);
-    if a.hypot(b) > COLOURED {
-        // A coloured thing keeps its chromaticity in any light; its lightness it does not keep.
-        let [r, g, bl] = object.colour.map(linear);
-        let sum = r + g + bl + BLACK;
-        let (cr, cb) = ((r + BLACK / 3.0) / sum, (bl + BLACK / 3.0) / sum);
-        let mut plane = Plane::zeros(picture.small[0].width, picture.small[0].height);
-        for (at, value) in plane.data.iter_mut().enumerate() {
-            let dr = picture.chromaticity[0].data[at] - cr;
-            let db = picture.chromaticity[1].data[at] - cb;
-            *value = (-(dr * dr + db * db) / (2.0 * CHROMATICITY * CHROMATICITY)).exp();
-        }
-        return Some(plane);
-    }
-    let target = lab(object.colour);
-    let mut plane = Plane::zeros(picture.small[0].width, picture.small[0].height);
-    for (at, value) in plane.data.iter_mut().enumerate() {
-        let d = [0, 1, 2].map(|c| picture.small[c].data[at] - target[c]);
-        let far = (d[0] / GREY[0]).powi(2) + (d[1] / GREY[1]).powi(2) + (d[2] / GREY[1]).powi(2);
-        *value = (-0.5 * far).exp();
-    }
-    Some(plane)
-}
-
-/// Says whether two things, each by its number and where it would be, cannot both be there.
-pub type Conflict<'a> = dyn Fn((usize, &Candidate), (usize, &Candidate)) -> bool + 'a;
-
-/// A choice that is being made, one thing after the other.
-struct Choice<'a> {
-    candidates: &'a [Vec<Candidate>],
-    bar: f64,
-    conflict: &'a Conflict<'a>,
-    /// The most that this thing and those after it can add.
-    ahead: Vec<f64>,
-    chosen: Vec<Option<usize>>,
-    best: (f64, Vec<Option<usize>>),
-}
-
-impl Choice<'_> {
-    fn go(&mut self, sum: f64) {
-        let at = self.chosen.len();
-        if at == self.candidates.len() {
-            if sum > self.best.0 {
-                self.best = (sum, self.chosen.clone());
-            }
-            return;
-        }
-        // What cannot become the best is not gone through.
-        if sum + self.ahead[at] <= self.best.0 {
-            return;
-        }
-        for (idx, candidate) in self.candidates[at].iter().enumerate().take(CHOICES) {
-            let free = self.chosen.iter().enumerate().all(|(other, choice)| {
-                choice.is_none_or(|c| {
-                    !(self.conflict)((at, candidate), (other, &self.candidates[other][c]))
-                })
-            });
-            if free && candidate.score.total > self.bar {
-                self.chosen.push(Some(idx));
-                self.go(sum + candidate.score.total);
-                self.chosen.pop();
-            }
-        }
-        self.chosen.push(None);
-        self.go(sum + self.bar);
-        self.chosen.pop();
-    }
-}
-
-/// Chooses one candidate (or none) for each object so that no two are in `conflict` and the sum of the
-/// scores is largest. `None` costs `bar`, the score below which nothing is believed.
-pub fn assign(candidates: &[Vec<Candidate>], bar: f64, conflict: &Conflict) -> Vec<Option<usize>> {
-    let most = |all: &Vec<Candidate>| all.iter().map(|c| c.score.total).fold(bar, f64::max);
-    let mut ahead = vec![0.0; candidates.len()];
-    let mut sum = 0.0;
-    for (at, all) in candidates.iter().enumerate().rev() {
-        sum += most(all);
-        ahead[at] = sum;
-    }
-    let best = (f64::NEG_INFINITY, vec![None; candidates.len()]);
-    let mut choice = Choice { candidates, bar, conflict, ahead, chosen: Vec::new(), best };
-    choice.go(0.0);
-    choice.best.1
-}
-
-/// Returns whether two standing objects would share space, by more than `SLACK_M` of measurement error.
-pub fn overlap(a: &Object, at: &Candidate, b: &Object, bt: &Candidate) -> bool {
-    let footprint = |object: &Object, c: &Candidate| -> Vec<Vector2<f64>> {
-        let (centre, turn) = (Vector2::new(c.x, c.y), nalgebra::Rotation2::new(c.yaw));
-        let corners = object.shape.footprint(CIRCLE).into_iter();
-        corners.map(|corner| centre + turn * corner).collect()
-    };
-    let (p, q) = (footprint(a, at), footprint(b, bt));
-    // Separating axes: convex polygons are apart exactly when some edge normal separates them.
-    let separates = |polygon: &[Vector2<f64>]| {
-        (0..polygon.len()).any(|i| {
-            let edge = polygon[(i + 1) % polygon.len()] - polygon[i];
-            let axis = Vector2::new(edge.y, -edge.x).normalize();
-            let range = |points: &[Vector2<f64>]| {
-                points
-                    .iter()
-                    .map(|p| axis.dot(p))
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), d| {
-                        (low.min(d), high.max(d))
-                    })
-            };
-            let ((pl, ph), (ql, qh)) = (range(&p), range(&q));
-            ph - SLACK_M <= ql || qh - SLACK_M <= pl
-        })
-    };
-    !separates(&p) && !separates(&q)
 }

@@ -1,6 +1,6 @@
 //! The residuals that every camera fit shares: where points should appear less where they were seen.
 //!
-//! Parameters: `fx, fy, cx, cy, skew, k1, k2, p1, p2, k3`, then per view a turn `w` (rad, camera axes) and a shift `d`
+//! Parameters: `fx, fy, cx, cy, skew, k1, k2, p1, p2, k3, k4`, then per view a turn `w` (rad, camera axes) and a shift `d`
 //! (m, world axes) from the pose the view started with: `world_from_camera = (c0 + d, R0 exp([w]×))`. So
 //! a prior on `d` is one on where the camera stands.
 //!
@@ -9,10 +9,10 @@
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, UnitQuaternion, Vector2, Vector3};
 
 use crate::fit::{Jacobian, Problem};
-use crate::world::{Intrinsics, Pixel, Pose, frame};
+use crate::world::{Intrinsics, LensModel, Pixel, Pose, frame};
 
 /// Number of intrinsic parameters.
-pub(super) const INTRINSIC: usize = 10;
+pub(super) const INTRINSIC: usize = 11;
 /// Where the lens's terms begin among them.
 pub(super) const LENS: usize = 5;
 /// Number of parameters of a pose.
@@ -35,6 +35,8 @@ pub(super) struct Reprojection {
     /// With `Some(a)`, `fy = fx / a` and the parameter `fy` is not used.
     pub(super) aspect: Option<f64>,
     pub(super) size: (u32, u32),
+    /// What the lens's terms mean.
+    pub(super) lens: LensModel,
 }
 
 /// A pose at its current parameters, as the residuals need it.
@@ -67,7 +69,7 @@ impl Reprojection {
     pub(super) fn start(&self, k: &Intrinsics) -> Vec<f64> {
         let mut x = vec![0.0; self.n_parameters()];
         x[..INTRINSIC]
-            .copy_from_slice(&[k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2, k.p1, k.p2, k.k3]);
+            .copy_from_slice(&[k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2, k.p1, k.p2, k.k3, k.k4]);
         x
     }
 
@@ -83,6 +85,8 @@ impl Reprojection {
             p1: x[7],
             p2: x[8],
             k3: x[9],
+            k4: x[10],
+            model: self.lens,
             width: self.size.0,
             height: self.size.1,
         }
@@ -161,7 +165,6 @@ impl Problem for Reprojection {
                 continue;
             }
             let n = Vector2::new(p.x / p.z, p.y / p.z);
-            let r2 = n.norm_squared();
             let d = k.distort(n);
             let per = 1.0 / seen.sigma;
             let pixel_from_distorted = Matrix2::new(k.fx, k.skew, 0.0, k.fy) * per;
@@ -171,16 +174,7 @@ impl Problem for Reprojection {
             let pixel_from_point = pixel_from_distorted * distorted_from_normal * normal_from_point;
             let by_turn = pixel_from_point * p.cross_matrix() * at.left;
             let by_shift = -pixel_from_point * at.camera_from_world;
-            let xy = 2.0 * n.x * n.y;
-            // In the order of the parameters: k1, k2, p1, p2, k3.
-            let by_lens = [
-                n * r2,
-                n * (r2 * r2),
-                Vector2::new(xy, r2 + 2.0 * n.y * n.y),
-                Vector2::new(r2 + 2.0 * n.x * n.x, xy),
-                n * (r2 * r2 * r2),
-            ]
-            .map(|slope| pixel_from_distorted * slope);
+            let by_lens = k.distortion_by_terms(n).map(|slope| pixel_from_distorted * slope);
             let column = INTRINSIC + POSE * seen.view;
             let u = j.row_mut(2 * i);
             u[0] = d.x * per;
@@ -221,6 +215,12 @@ mod tests {
         let mut k = Intrinsics::centred(800.0, 1280, 720);
         (k.fy, k.skew, k.k1, k.k2) = (790.0, 0.7, -0.2, 0.1);
         (k.p1, k.p2, k.k3) = (2e-3, -1e-3, 0.05);
+        differentiated(k);
+        (k.p1, k.p2, k.k4, k.model) = (0.0, 0.0, -0.02, LensModel::Fisheye);
+        differentiated(k);
+    }
+
+    fn differentiated(k: Intrinsics) {
         let camera = Camera::looking(k, Vector3::new(1.0, 0.3, 0.9), Vector3::new(0.4, 0.0, 0.0));
         let seen: Vec<Seen> = (0..12)
             .map(|i| {
@@ -239,6 +239,7 @@ mod tests {
                 poses: vec![camera.world_from_camera],
                 aspect,
                 size: (1280, 720),
+                lens: k.model,
             };
             let mut x = problem.start(&k);
             x[INTRINSIC..].copy_from_slice(&[0.2, -0.3, 0.15, 0.02, -0.03, 0.05]);

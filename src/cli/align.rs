@@ -65,7 +65,10 @@ pub(super) struct IntrinsicsArgs {
     #[arg(
         long,
         default_value = "k1k2",
-        value_parser = ["none", "k1", "k1k2", "k1k2k3", "k1p1p2", "k1k2p1p2", "k1k2p1p2k3", "auto"]
+        value_parser = [
+            "none", "k1", "k1k2", "k1k2k3", "k1p1p2", "k1k2p1p2", "k1k2p1p2k3", "fisheye-none", "fisheye-k1",
+            "fisheye-k1k2", "fisheye-k1k2k3", "fisheye", "auto"
+        ]
     )]
     distortion: String,
     /// Size of the pictures, px: `1280x720`; needed for a single planar view only.

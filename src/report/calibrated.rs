@@ -5,7 +5,9 @@ use std::fmt::{self, Write as _};
 use crate::alignment::boards::NotFound;
 use crate::alignment::intrinsics::coverage::Coverage;
 use crate::alignment::intrinsics::lens::Compared;
+use crate::alignment::intrinsics::strays::Stray;
 use crate::alignment::intrinsics::{Calibration, View};
+use crate::world::LensModel;
 
 use super::html::escaped;
 
@@ -58,6 +60,7 @@ pub fn text(
     coverage: &Coverage,
     compared: &[Compared],
     pictures: &[Picture],
+    strays: &[Stray],
 ) -> String {
     let mut text = String::new();
     let width = pictures.iter().map(|p| p.name.chars().count()).max().unwrap_or(0);
@@ -66,7 +69,18 @@ pub fn text(
         let _ = if let Seen::Board(view) = picture.seen {
             let (rms, n) = (fit.views[view].rms_px, fit.residuals[view].len());
             let tilt = coverage.held[view].tilt.to_degrees();
-            writeln!(text, "{name:<width$}  {n} corners, rms {rms:.2} px, tilted {tilt:.0} deg")
+            let far: Vec<f64> =
+                strays.iter().filter(|s| s.view == view).map(|s| s.off_px).collect();
+            let left_out = if far.is_empty() {
+                String::new()
+            } else {
+                let most = far.iter().copied().fold(0.0, f64::max);
+                format!(", {} left out (off by up to {most:.1} px)", far.len())
+            };
+            writeln!(
+                text,
+                "{name:<width$}  {n} corners, rms {rms:.2} px, tilted {tilt:.0} deg{left_out}"
+            )
         } else {
             let why = picture.why_not().unwrap_or_default();
             writeln!(text, "{name:<width$}  not used: {why}")
@@ -83,8 +97,18 @@ pub fn text(
         k.height
     );
     let lengths = [("fx", k.fx), ("fy", k.fy), ("cx", k.cx), ("cy", k.cy), ("skew", k.skew)];
-    let terms = [("k1", k.k1), ("k2", k.k2), ("p1", k.p1), ("p2", k.p2), ("k3", k.k3)];
+    let terms =
+        [("k1", k.k1), ("k2", k.k2), ("p1", k.p1), ("p2", k.p2), ("k3", k.k3), ("k4", k.k4)];
+    let is_fisheye = k.model == LensModel::Fisheye;
+    if is_fisheye {
+        let _ = writeln!(text, "  a fisheye: k1 to k4 bend the angle from the axis");
+    }
+    // Terms that a lens does not have are not those that were not fitted.
+    let foreign: &[&str] = if is_fisheye { &["p1", "p2"] } else { &["k4"] };
     for (i, (name, value)) in lengths.into_iter().chain(terms).enumerate() {
+        if foreign.contains(&name) {
+            continue;
+        }
         let std = fit.std[i];
         let _ = match (i < lengths.len(), std > 0.0) {
             (true, true) => writeln!(text, "  {name:<4} {value:>10.3} px ± {std:.3} px"),

@@ -4,7 +4,8 @@
 //! the centre of the top-left pixel. Distortion acts on normalised coordinates `x = X/Z`, `y = Y/Z`:
 //! `x_d = x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²)` and
 //! `y_d = y (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y²) + 2 p2 x y` with `r² = x² + y²` (`OpenCV`'s five).
-//! A file that lacks `p1`, `p2` or `k3` means 0.
+//! A file that lacks `p1`, `p2` or `k3` means 0. A lens of [`LensModel::Fisheye`] has `k1` to `k4` of its own meaning ([`super::fisheye`]);
+//! what distorts, undistorts and differentiates here asks which it is, so that nobody else has to.
 //!
 //! Source: Brown, "Close-range camera calibration", Photogrammetric Engineering 1971; `OpenCV`, "Camera Calibration and
 //! 3D Reconstruction" (the order).
@@ -14,8 +15,8 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::Window;
 use super::frame::{Camera as CameraFrame, Point, Pose, World};
+use super::{Window, fisheye};
 
 /// A place in an image, px.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -36,6 +37,38 @@ impl Pixel {
     pub fn distance(self, other: Self) -> f64 {
         (self.u - other.u).hypot(self.v - other.v)
     }
+}
+
+/// What the terms of a lens mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LensModel {
+    /// Brown's: a pinhole's picture, bent by `k1 k2 p1 p2 k3`.
+    #[default]
+    Brown,
+    /// Kannala and Brandt's: the angle from the axis, bent by `k1 k2 k3 k4`; `p1` and `p2` are 0.
+    Fisheye,
+}
+
+impl LensModel {
+    /// Returns its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Brown => "brown",
+            Self::Fisheye => "fisheye",
+        }
+    }
+
+    /// Whether a file may leave it out.
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
+    fn is_brown(&self) -> bool {
+        *self == Self::Brown
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// What is inside the camera: focal lengths, principal point, skew, distortion, image size.
@@ -64,6 +97,12 @@ pub struct Intrinsics {
     /// Third radial distortion coefficient.
     #[serde(default)]
     pub k3: f64,
+    /// Fourth radial distortion coefficient, of a fisheye only.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub k4: f64,
+    /// What the terms mean.
+    #[serde(default, skip_serializing_if = "LensModel::is_brown")]
+    pub model: LensModel,
     /// Image width, px.
     pub width: u32,
     /// Image height, px.
@@ -72,7 +111,7 @@ pub struct Intrinsics {
 
 /// A slope of the distorted by the true radius below this is the fold of a lens, where both sides show the same pixel.
 /// Chosen: at 0.05 a pixel's step is twenty in the scene, which no photograph is used at.
-const FOLD: f64 = 0.05;
+pub(super) const FOLD: f64 = 0.05;
 
 impl Intrinsics {
     /// Returns a distortion-free camera with square pixels and the principal point in the centre.
@@ -88,9 +127,22 @@ impl Intrinsics {
             p1: 0.0,
             p2: 0.0,
             k3: 0.0,
+            k4: 0.0,
+            model: LensModel::Brown,
             width,
             height,
         }
+    }
+
+    /// The terms of a fisheye.
+    fn angular(&self) -> [f64; 4] {
+        [self.k1, self.k2, self.k3, self.k4]
+    }
+
+    /// A pixel before the lens's distortion is undone.
+    fn bent(&self, pixel: Pixel) -> Vector2<f64> {
+        let y = (pixel.v - self.cy) / self.fy;
+        Vector2::new((pixel.u - self.cx - self.skew * y) / self.fx, y)
     }
 
     /// Returns the same lens before `width` pixels across, as many down as keep the picture's shape, and how many of them
@@ -123,16 +175,61 @@ impl Intrinsics {
         Pixel::new(self.fx * d.x + self.skew * d.y + self.cx, self.fy * d.y + self.cy)
     }
 
-    /// Returns the normalised, undistorted image coordinates of a pixel.
+    /// Returns the normalised, undistorted image coordinates of a pixel; of a fisheye those of 89° from the axis for all that is farther.
     pub fn normalise(&self, pixel: Pixel) -> Vector2<f64> {
-        let y = (pixel.v - self.cy) / self.fy;
-        let x = (pixel.u - self.cx - self.skew * y) / self.fx;
-        self.undistort(Vector2::new(x, y))
+        self.undistort(self.bent(pixel))
+    }
+
+    /// Returns the unit direction of a pixel's ray, camera axes; a fisheye's may point backwards.
+    pub fn direction(&self, pixel: Pixel) -> Vector3<f64> {
+        match self.model {
+            LensModel::Brown => {
+                let n = self.normalise(pixel);
+                Vector3::new(n.x, n.y, 1.0).normalize()
+            }
+            LensModel::Fisheye => {
+                let d = self.bent(pixel);
+                let angle = fisheye::angle(self.angular(), d.norm());
+                let outwards = d.try_normalize(f64::MIN_POSITIVE).unwrap_or_default();
+                let (sin, cos) = angle.sin_cos();
+                Vector3::new(sin * outwards.x, sin * outwards.y, cos)
+            }
+        }
+    }
+
+    /// Returns the derivatives of the distorted coordinates by the lens's terms, in the order `k1 k2 p1 p2 k3 k4`.
+    pub fn distortion_by_terms(&self, n: Vector2<f64>) -> [Vector2<f64>; 6] {
+        if self.model == LensModel::Fisheye {
+            let [k1, k2, k3, k4] = fisheye::by_terms(n);
+            return [k1, k2, Vector2::zeros(), Vector2::zeros(), k3, k4];
+        }
+        let r2 = n.norm_squared();
+        let xy = 2.0 * n.x * n.y;
+        [
+            n * r2,
+            n * (r2 * r2),
+            Vector2::new(xy, r2 + 2.0 * n.y * n.y),
+            Vector2::new(r2 + 2.0 * n.x * n.x, xy),
+            n * (r2 * r2 * r2),
+            Vector2::zeros(),
+        ]
+    }
+
+    /// Returns whether a fisheye shows the angles from the axis one after the other as far as a pixel, and no farther than normalised
+    /// coordinates go; of another lens nothing is known.
+    pub fn is_even_to(&self, pixel: Pixel) -> Option<bool> {
+        let k = self.angular();
+        (self.model == LensModel::Fisheye).then(|| {
+            fisheye::grows_to(k, fisheye::angle(k, self.bent(pixel).norm()).min(fisheye::WIDEST))
+        })
     }
 
     /// Applies the distortion to normalised coordinates.
     #[inline]
     pub fn distort(&self, n: Vector2<f64>) -> Vector2<f64> {
+        if self.model == LensModel::Fisheye {
+            return fisheye::distort(self.angular(), n);
+        }
         let r2 = n.norm_squared();
         let radial = n * (1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3)));
         if self.is_radial() {
@@ -148,6 +245,9 @@ impl Intrinsics {
 
     /// Returns the derivatives of [`Self::distort`] by the normalised coordinates.
     pub fn distortion_slope(&self, n: Vector2<f64>) -> Matrix2<f64> {
+        if self.model == LensModel::Fisheye {
+            return fisheye::slope(self.angular(), n);
+        }
         let r2 = n.norm_squared();
         let radial = Matrix2::identity() * (1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3)))
             + n * n.transpose() * (2.0 * (self.k1 + r2 * (2.0 * self.k2 + r2 * 3.0 * self.k3)));
@@ -171,6 +271,9 @@ impl Intrinsics {
 
     /// Removes the distortion: by Newton's method on the radius, then on both coordinates where it is tangential.
     pub fn undistort(&self, d: Vector2<f64>) -> Vector2<f64> {
+        if self.model == LensModel::Fisheye {
+            return fisheye::undistort(self.angular(), d);
+        }
         let n = self.undistort_radius(d);
         if self.is_radial() {
             return n;
@@ -297,8 +400,7 @@ impl Camera {
 
     /// Returns the ray through a pixel.
     pub fn ray(&self, pixel: Pixel) -> Ray {
-        let n = self.intrinsics.normalise(pixel);
-        let direction = self.world_from_camera.rotation() * Vector3::new(n.x, n.y, 1.0);
+        let direction = self.world_from_camera.rotation() * self.intrinsics.direction(pixel);
         Ray { origin: self.world_from_camera.origin(), direction: direction.normalize() }
     }
 
@@ -348,6 +450,39 @@ mod tests {
         assert!((d.x - (0.2 * 2.0 * 0.05_f64.powi(3) + 0.02 * 0.02 - 0.02 * 0.13)).abs() < 1e-15);
         assert!((d.y - (0.1 * 2.0 * 0.05_f64.powi(3) + 0.01 * 0.07 - 0.04 * 0.02)).abs() < 1e-15);
     }
+
+    /// Numbers of `cv2.fisheye.projectPoints` (OpenCV 4.14) for f = 300, (320, 240), k = (0.05, -0.02, 0.01, -0.003).
+    #[test]
+    fn a_fisheye_is_opencvs_and_is_undone_to_where_it_looks_sideways() {
+        let mut k = Intrinsics::centred(300.0, 641, 481);
+        (k.k1, k.k2, k.k3, k.k4, k.model) = (0.05, -0.02, 0.01, -0.003, LensModel::Fisheye);
+        for ([x, y], [u, v]) in CV2 {
+            let n = Vector2::new(x, y);
+            let pixel = k.pixel(n);
+            assert!(pixel.distance(Pixel::new(u, v)) < 1e-6, "{pixel:?} {u} {v}");
+            assert!((k.normalise(pixel) - n).norm() < 1e-9 * (1.0 + n.norm_squared()), "{n:?}");
+            let direction = Vector3::new(x, y, 1.0).normalize();
+            assert!((k.direction(pixel) - direction).norm() < 1e-12);
+            let h = 1e-6;
+            for (axis, step) in [Vector2::new(h, 0.0), Vector2::new(0.0, h)].iter().enumerate() {
+                let by = (k.distort(n + step) - k.distort(n - step)) / (2.0 * h);
+                assert!((by - k.distortion_slope(n).column(axis)).norm() < 1e-8, "{n:?}");
+            }
+        }
+        // Behind the camera: 100 degrees from the axis.
+        let mut wide = k;
+        (wide.k1, wide.k2, wide.k3, wide.k4) = (0.0, 0.0, 0.0, 0.0);
+        let back = wide.direction(Pixel::new(320.0 + 300.0 * 100_f64.to_radians(), 240.0));
+        assert!((back.z - 100_f64.to_radians().cos()).abs() < 1e-12 && back.x > 0.9);
+    }
+
+    /// `x = X/Z` and `y = Y/Z`, and where `OpenCV` puts them, px.
+    const CV2: [([f64; 2], [f64; 2]); 4] = [
+        ([0.1, -0.05], [349.894_356_278, 225.052_821_861]),
+        ([0.8, 0.6], [513.235_321_450, 384.926_491_087]),
+        ([-2.0, 1.5], [20.891_064_041, 464.331_701_969]),
+        ([5.0, -8.0], [564.702_626_243, -151.524_201_989]),
+    ];
 
     #[test]
     fn a_file_with_fewer_terms_is_read() {

@@ -10,12 +10,13 @@
 //! {"fx_px": .., "fy_px": .., "cx_px": .., "cy_px": .., "k1": .., .., "image_px": [width, height]}
 //! ```
 //!
+//! A fisheye has `"model": "fisheye"` and `k1` to `k4` beside each other; without `model` a lens is Brown's.
 //! `world_from_camera` may be absent, and so may terms of the lens (0), `fy_px` (square pixels) and the size of the
 //! picture (0: not known).
 
 use serde::Deserialize;
 
-use super::{Intrinsics, Pose, frame};
+use super::{Intrinsics, LensModel, Pose, frame};
 
 /// A camera as a file tells it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +35,14 @@ pub enum Error {
     Json {
         /// What is wrong.
         why: String,
+    },
+    /// Terms of two lenses in one.
+    #[error("{term} is no term of a {} lens", model.name())]
+    Term {
+        /// Which.
+        term: &'static str,
+        /// The lens.
+        model: LensModel,
     },
     /// A number that no camera has.
     #[error("{what} is {value} px, which no camera has")]
@@ -63,6 +72,10 @@ struct Flat {
     p2: f64,
     #[serde(default)]
     k3: f64,
+    #[serde(default)]
+    k4: f64,
+    #[serde(default)]
+    model: LensModel,
     image_px: Option<[u32; 2]>,
 }
 
@@ -80,6 +93,8 @@ impl From<Flat> for Intrinsics {
             p1: flat.p1,
             p2: flat.p2,
             k3: flat.k3,
+            k4: flat.k4,
+            model: flat.model,
             width,
             height,
         }
@@ -110,6 +125,14 @@ pub fn read(text: &str) -> Result<CameraFile, Error> {
             return Err(Error::Number { what, value });
         }
     }
+    let (k, model) = (&intrinsics, intrinsics.model);
+    let foreign = match model {
+        LensModel::Brown => [("k4", k.k4), ("k4", 0.0)],
+        LensModel::Fisheye => [("p1", k.p1), ("p2", k.p2)],
+    };
+    if let Some((term, _)) = foreign.into_iter().find(|(_, value)| *value != 0.0) {
+        return Err(Error::Term { term, model });
+    }
     Ok(CameraFile { intrinsics, world_from_camera })
 }
 
@@ -130,6 +153,23 @@ mod tests {
         assert_eq!(a, camera(format!("{{{flat}, {pose}}}")));
         let bare = camera(format!("{{{flat}}}"));
         assert_eq!((bare.intrinsics, bare.world_from_camera), (a.intrinsics, None));
+    }
+
+    #[test]
+    fn a_fisheye_says_so_and_has_no_terms_of_another_lens() {
+        let text = |more: &str| {
+            format!("{{\"fx_px\": 300, \"cx_px\": 319.5, \"cy_px\": 239.5, \"k1\": 0.05{more}}}")
+        };
+        let file = read(&text(r#", "k4": 0.01, "model": "fisheye""#)).unwrap();
+        assert_eq!((file.intrinsics.model, file.intrinsics.k4), (LensModel::Fisheye, 0.01));
+        let written =
+            serde_json::json!({ "camera": { "intrinsics": file.intrinsics } }).to_string();
+        assert_eq!(read(&written).unwrap(), file);
+        for wrong in
+            [r#", "k4": 0.01"#, r#", "p1": 0.01, "model": "fisheye""#, r#", "model": "fish""#]
+        {
+            assert!(read(&text(wrong)).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@ pub mod camera;
 pub mod camera_file;
 pub mod colour;
 pub mod drawer;
+mod fisheye;
 pub mod frame;
 pub mod mesh;
 pub mod mug;
@@ -20,7 +21,7 @@ pub mod window;
 
 use serde::{Deserialize, Serialize};
 
-pub use camera::{Camera, Intrinsics, Pixel, Ray};
+pub use camera::{Camera, Intrinsics, LensModel, Pixel, Ray};
 pub use drawer::Drawer;
 pub use frame::{Point, Pose};
 pub use mesh::Mesh;

@@ -9,6 +9,7 @@ mod boards;
 mod chessboard;
 mod drawn_board;
 mod chessboard_drawn;
+mod fisheye;
 mod hand_eye;
 mod hand_eye_boards;
 mod offset;

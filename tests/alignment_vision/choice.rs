@@ -1,6 +1,7 @@
 //! Choosing one place for each of several things.
 
-use trueup::alignment::placement::{Candidate, Score, assign};
+use trueup::alignment::choice::assign;
+use trueup::alignment::placement::{Candidate, Score};
 
 fn at(x: f64, total: f64) -> Candidate {
     let score = Score { total, ..Score::default() };

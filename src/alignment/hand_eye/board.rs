@@ -163,7 +163,9 @@ fn polished(
         sigma: 1.0,
     });
     let size = (camera.width, camera.height);
-    let problem = Reprojection { seen: seen.collect(), poses: vec![pose], aspect: None, size };
+    let lens = camera.model;
+    let problem =
+        Reprojection { seen: seen.collect(), poses: vec![pose], aspect: None, size, lens };
     let options = fit::Options { fixed: (0..INTRINSIC).collect(), ..fit::Options::default() };
     let fit = fit::solve(&problem, &problem.start(camera), &options).ok()?;
     Some((problem, fit))

@@ -151,6 +151,7 @@ impl<'a> Refine<'a> {
             p1: k.p1 + d[7],
             p2: k.p2 + d[8],
             k3: k.k3 + d[9],
+            k4: k.k4 + d[10],
             ..k
         }
     }

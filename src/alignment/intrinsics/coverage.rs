@@ -298,7 +298,7 @@ mod tests {
         let good = [(0.5, 0.0), (0.0, 0.6), (-0.6, 0.1), (0.1, -0.5), (0.4, 0.4), (0.1, 0.0)];
         for seed in 0..5 {
             let (fit, compared) = choose(&views(&good, seed), &options()).unwrap();
-            assert_eq!(compared.len(), 7);
+            assert_eq!(compared.len(), 12);
             assert!((fit.intrinsics.fx - 540.0).abs() < 4.0 * fit.std[0], "seed {seed}");
             assert!((fit.intrinsics.k1 + 0.25).abs() < 4.0 * fit.std[5], "seed {seed}");
             assert!(fit.intrinsics.is_radial(), "seed {seed}: {:?}", fit.intrinsics);

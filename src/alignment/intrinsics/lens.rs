@@ -3,7 +3,7 @@
 //! Every choice of terms is fitted to the same views. A term more always fits better; the Bayesian information
 //! criterion asks it to lower the residuals by more than a term that is nothing would, `BIC = n ln(RSS/n) + k ln n`.
 //! A lens that shows one place of the scene twice inside the picture is taken only where nothing else fits nearly
-//! as well.
+//! as well, and a fisheye only where the evidence for it is very strong: a barrel is bent by either.
 //!
 //! Source: Schwarz, "Estimating the dimension of a model", Annals of Statistics 1978; Kass and Raftery, "Bayes
 //! factors", JASA 1995.
@@ -11,7 +11,7 @@
 use nalgebra::Vector2;
 
 use super::{Calibration, Distortion, Error, Options, View, calibrate};
-use crate::world::{Intrinsics, Pixel};
+use crate::world::{Intrinsics, LensModel, Pixel};
 
 /// One choice of terms beside the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,19 +51,33 @@ pub fn choose(views: &[View], options: &Options) -> Result<(Calibration, Vec<Com
         }
     }
     let compared: Vec<Compared> = fits.iter().map(|(compared, _)| *compared).collect();
-    let best = |is_allowed: &dyn Fn(&Compared) -> bool| {
+    let Some(chosen) = best(&compared) else {
+        return Err(refused.unwrap_or(Error::Degenerate { model: "the lens", free: 1 }));
+    };
+    Ok((fits.swap_remove(chosen).1, compared))
+}
+
+/// Which choice it is.
+fn best(compared: &[Compared]) -> Option<usize> {
+    let most = |is_allowed: &dyn Fn(&Compared) -> bool| {
         let allowed = compared.iter().enumerate().filter(|(_, c)| is_allowed(c));
         allowed.max_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
     };
-    let (any, whole) = (best(&|_| true), best(&|c| c.is_one_to_one));
-    let chosen = match (any, whole) {
-        (Some(any), Some(whole)) if whole.1.evidence + STRONG > any.1.evidence => whole.0,
-        (Some(any), _) => any.0,
-        (None, _) => {
-            return Err(refused.unwrap_or(Error::Degenerate { model: "the lens", free: 1 }));
-        }
+    let of = |model: LensModel| {
+        let any = most(&|c| c.distortion.model() == model);
+        let whole = most(&|c| c.distortion.model() == model && c.is_one_to_one);
+        whole.filter(|w| any.is_none_or(|a| w.1.evidence + STRONG > a.1.evidence)).or(any)
     };
-    Ok((fits.swap_remove(chosen).1, compared))
+    match (of(LensModel::Brown), of(LensModel::Fisheye)) {
+        (Some(brown), Some(fisheye)) => {
+            // What folds must be better by as much as a fisheye must be otherwise.
+            let ahead = if brown.1.is_one_to_one { STRONG } else { -STRONG };
+            let is_fisheye =
+                fisheye.1.is_one_to_one && fisheye.1.evidence > brown.1.evidence + ahead;
+            Some(if is_fisheye { fisheye.0 } else { brown.0 })
+        }
+        (one, other) => one.or(other).map(|(index, _)| index),
+    }
 }
 
 /// More evidence than this is very strong: twice the logarithm of a Bayes factor above 10 (Kass and Raftery, §3.2).
@@ -81,6 +95,15 @@ fn evidence(fit: &Calibration, distortion: Distortion) -> f64 {
 
 /// Whether the lens can be undone at the picture's corners, or, where its size is not known, at every point seen.
 pub(super) fn is_one_to_one(k: &Intrinsics, views: &[View]) -> bool {
+    if k.model == LensModel::Fisheye {
+        let pixels: Vec<Pixel> = if k.width > 0 && k.height > 0 {
+            let (w, h) = (f64::from(k.width) - 1.0, f64::from(k.height) - 1.0);
+            [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)].map(|(u, v)| Pixel::new(u, v)).into()
+        } else {
+            views.iter().flat_map(|view| &view.points).map(|(_, pixel)| *pixel).collect()
+        };
+        return pixels.into_iter().all(|pixel| k.is_even_to(pixel).unwrap_or(true));
+    }
     let comes_back = |pixel: Pixel| {
         let back = k.pixel(k.normalise(pixel));
         // Far below any noise, far above the search's rounding.

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use super::{Calibration, Error, Options, View, polish, pose_from_homography};
+use super::{Calibration, Error, Options, View, fisheye, polish, pose_from_homography};
 use crate::alignment::TooAlike;
 use crate::alignment::image_map::{self, Model, NoiseIn, Pair};
-use crate::world::{Intrinsics, Pixel};
+use crate::world::{Intrinsics, LensModel, Pixel, Pose, frame};
 
 /// Calibrates from views of a planar target at z = 0 whose poses are unknown.
 pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, Error> {
@@ -20,6 +20,16 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
         }
     }
     let map = image_map::Options { robust: false, noise: NoiseIn::Real, seed: 0 };
+    let single = views.len() == 1;
+    let skew = options.skew.unwrap_or(views.len() >= 3);
+    if skew && views.len() < 3 {
+        let why = TooAlike::Skew;
+        return Err(Error::Views { views: views.len(), why });
+    }
+    if options.distortion.model() == LensModel::Fisheye {
+        let (start, poses) = fisheye::start(views, centre(views, options))?;
+        return polished(views, poses, &start, skew, options);
+    }
     let mut homographies = Vec::new();
     for view in views {
         let pairs: Vec<Pair> = view
@@ -31,12 +41,6 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
             })
             .collect();
         homographies.push(image_map::fit_map(&pairs, Model::Projective, &map)?.m);
-    }
-    let single = views.len() == 1;
-    let skew = options.skew.unwrap_or(views.len() >= 3);
-    if skew && views.len() < 3 {
-        let why = TooAlike::Skew;
-        return Err(Error::Views { views: views.len(), why });
     }
     let k = if single {
         one_view(&homographies[0], options)?
@@ -62,6 +66,8 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
         p1: 0.0,
         p2: 0.0,
         k3: 0.0,
+        k4: 0.0,
+        model: options.distortion.model(),
         width,
         height,
     };
@@ -70,6 +76,21 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
         .map(|h| pose_from_homography(&k, h))
         .collect::<Option<Vec<_>>>()
         .ok_or(Error::Views { views: views.len(), why: TooAlike::NotInFront })?;
+    polished(views, poses, &start, skew, options)
+}
+
+/// The polish, and whether it is a calibration.
+fn polished(
+    views: &[View],
+    poses: Vec<Pose<frame::World, frame::Camera>>,
+    start: &Intrinsics,
+    skew: bool,
+    options: &Options,
+) -> Result<Calibration, Error> {
+    let single = views.len() == 1;
+    if single && options.image_size.is_none() {
+        return Err(Error::ImageSize);
+    }
     let mut fixed = Vec::new();
     if !skew {
         fixed.push(4);
@@ -78,7 +99,7 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
     if single {
         fixed.extend([2, 3]);
     }
-    let calibration = polish(views, poses, &start, fixed, Vec::new(), aspect, options)?;
+    let calibration = polish(views, poses, start, fixed, Vec::new(), aspect, options)?;
     let k = &calibration.intrinsics;
     let unsure = (calibration.std[0] / k.fx).max(calibration.std[1] / k.fy).abs();
     if unsure > UNSURE {

@@ -6,10 +6,11 @@ use image::GrayImage;
 use nalgebra::{Point3, Vector2, Vector3};
 use rayon::prelude::*;
 
+use super::super::choice::{assign, overlap};
 use super::super::doubt::Doubt;
 use super::super::outline::{Outline, Projector};
 use super::super::picture::{Picture, Plane};
-use super::super::placement::{Candidate, Evidence, Hidden, Searched, Window, assign, overlap};
+use super::super::placement::{Candidate, Evidence, Hidden, Searched, Window};
 use super::{FOUND, Options, Sighting, belief, judge};
 use crate::world::{Camera, Object, Pose, Table};
 

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::alignment::image_map::{Compared, Grid, MapFit, Warning};
 use crate::alignment::intrinsics::{Calibration, NAMES};
 use crate::alignment::offset::{Known, OffsetFit};
-use crate::world::{Pose, frame};
+use crate::world::{LensModel, Pose, frame};
 
 /// The row predicted worst from all others.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -169,6 +169,9 @@ pub struct IntrinsicsStd {
     pub p2: f64,
     /// Without unit.
     pub k3: f64,
+    /// Without unit; of a fisheye only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub k4: Option<f64>,
 }
 
 /// One view, regression 2.
@@ -218,6 +221,11 @@ pub struct IntrinsicsAnswer {
     pub p2: f64,
     /// Third radial distortion.
     pub k3: f64,
+    /// Fourth radial distortion, of a fisheye.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub k4: Option<f64>,
+    /// What the terms mean.
+    pub model: LensModel,
     /// Width and height of the pictures, px, where known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub image_px: Option<[u32; 2]>,
@@ -240,7 +248,8 @@ pub struct IntrinsicsAnswer {
 impl From<&Calibration> for IntrinsicsAnswer {
     fn from(fit: &Calibration) -> Self {
         let k = &fit.intrinsics;
-        let [fx_px, fy_px, cx_px, cy_px, skew_px, k1, k2, p1, p2, k3] = fit.std;
+        let [fx_px, fy_px, cx_px, cy_px, skew_px, k1, k2, p1, p2, k3, k4] = fit.std;
+        let is_fisheye = k.model == LensModel::Fisheye;
         Self {
             fx_px: k.fx,
             fy_px: k.fy,
@@ -252,8 +261,22 @@ impl From<&Calibration> for IntrinsicsAnswer {
             p1: k.p1,
             p2: k.p2,
             k3: k.k3,
+            k4: is_fisheye.then_some(k.k4),
+            model: k.model,
             image_px: (k.width > 0 && k.height > 0).then_some([k.width, k.height]),
-            std: IntrinsicsStd { fx_px, fy_px, cx_px, cy_px, skew_px, k1, k2, p1, p2, k3 },
+            std: IntrinsicsStd {
+                fx_px,
+                fy_px,
+                cx_px,
+                cy_px,
+                skew_px,
+                k1,
+                k2,
+                p1,
+                p2,
+                k3,
+                k4: is_fisheye.then_some(k4),
+            },
             rms_px: fit.rms_px,
             noise_px: fit.noise_px,
             views: fit

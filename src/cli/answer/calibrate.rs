@@ -7,6 +7,7 @@ use crate::alignment::boards::Target;
 use crate::alignment::intrinsics::Calibration;
 use crate::alignment::intrinsics::coverage::Coverage;
 use crate::alignment::intrinsics::lens::Compared;
+use crate::alignment::intrinsics::strays::Stray;
 use crate::report::calibrated::{Picture, Seen};
 use crate::world::Intrinsics;
 
@@ -107,9 +108,17 @@ pub struct PictureAnswer {
     /// Why not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// Corners that were seen and left out, since the camera shows them elsewhere.
+    #[serde(skip_serializing_if = "is_none_left_out")]
+    pub left_out: usize,
     /// Between the board's normal and the optical axis, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tilt_rad: Option<f64>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
+fn is_none_left_out(left_out: &usize) -> bool {
+    *left_out == 0
 }
 
 /// One choice of the lens's terms.
@@ -131,16 +140,21 @@ impl Answer {
         compared: &[Compared],
         board: &Target,
         pictures: &[Picture],
+        strays: &[Stray],
     ) -> Self {
         let pictures = pictures.iter().map(|picture| {
-            let tilt_rad = match picture.seen {
-                Seen::Board(view) => coverage.held.get(view).map(|held| held.tilt),
-                _ => None,
+            let (tilt_rad, left_out) = match picture.seen {
+                Seen::Board(view) => (
+                    coverage.held.get(view).map(|held| held.tilt),
+                    strays.iter().filter(|stray| stray.view == view).count(),
+                ),
+                _ => (None, 0),
             };
             PictureAnswer {
                 picture: picture.name.clone(),
                 found: matches!(picture.seen, Seen::Board(_)),
                 reason: picture.why_not(),
+                left_out,
                 tilt_rad,
             }
         });

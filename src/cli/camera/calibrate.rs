@@ -13,6 +13,7 @@ use crate::alignment::boards::tags::Family;
 use crate::alignment::chessboard::Board;
 use crate::alignment::decode;
 use crate::alignment::intrinsics::coverage::Coverage;
+use crate::alignment::intrinsics::strays::{self, Without};
 use crate::alignment::intrinsics::{self, Distortion, View, lens};
 use crate::files::write;
 use crate::report::calibrated::{self, Picture, Seen};
@@ -33,11 +34,15 @@ pub(in crate::cli) struct CalibrateArgs {
     /// their side, the gap as a part of it), `circles:7x6:20mm`, or `acircles:4x11:20mm` (every second row shifted).
     #[arg(long, value_parser = target)]
     board: Target,
-    /// Which terms of the lens are fitted; `auto` keeps those that the pictures pay for.
+    /// Which terms of the lens are fitted; `auto` keeps those that the pictures pay for. `fisheye` is `k1` to `k4` of the angle from the
+    /// axis, for wide lenses.
     #[arg(
         long,
         default_value = "auto",
-        value_parser = ["auto", "none", "k1", "k1k2", "k1k2k3", "k1p1p2", "k1k2p1p2", "k1k2p1p2k3"]
+        value_parser = [
+            "auto", "none", "k1", "k1k2", "k1k2k3", "k1p1p2", "k1k2p1p2", "k1k2p1p2k3", "fisheye-none", "fisheye-k1",
+            "fisheye-k1k2", "fisheye-k1k2k3", "fisheye"
+        ]
     )]
     distortion: String,
     /// Fit a skew of the sensor as well; takes three pictures.
@@ -120,16 +125,20 @@ pub(super) fn calibrate(args: &CalibrateArgs, style: Style) -> Result<Exit, Fail
         image_size: Some(size),
         ..intrinsics::Options::default()
     };
-    let (fit, compared) = match Distortion::from_name(&args.distortion) {
+    let distortion = Distortion::from_name(&args.distortion);
+    let found = strays::without(&views, |views| match distortion {
         Some(distortion) => {
             let options = intrinsics::Options { distortion, ..options };
-            intrinsics::calibrate(&views, &options).map(|fit| (fit, Vec::new()))
+            intrinsics::calibrate(views, &options).map(|fit| (fit, Vec::new()))
         }
-        None => lens::choose(&views, &options),
-    }
+        None => lens::choose(views, &options),
+    })
     .map_err(|error| refused(&error, &views, &pictures))?;
-    let coverage = Coverage::of(&fit, &views);
-    let answer = Answer::new(&fit, &coverage, &compared, &args.board, &pictures);
+    let (Without { fit: (fit, compared), views, strays }, coverage) = {
+        let coverage = Coverage::of(&found.fit.0, &found.views);
+        (found, coverage)
+    };
+    let answer = Answer::new(&fit, &coverage, &compared, &args.board, &pictures, &strays);
     if let Some(dir) = &args.out {
         std::fs::create_dir_all(dir).map_err(unwritten(dir))?;
         let path = dir.join("corners.svg");
@@ -141,7 +150,7 @@ pub(super) fn calibrate(args: &CalibrateArgs, style: Style) -> Result<Exit, Fail
     if style.json {
         style.document(&answer);
     } else {
-        style.say(calibrated::text(&fit, &coverage, &compared, &pictures).trim_end());
+        style.say(calibrated::text(&fit, &coverage, &compared, &pictures, &strays).trim_end());
         for path in args.write.iter().chain(args.out.as_ref()) {
             style.say(format!("written: {}", path.display()));
         }

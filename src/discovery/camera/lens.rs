@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::world::Intrinsics;
+use crate::world::{Intrinsics, LensModel};
 
 /// A lens and a sensor: `u = fx x_d + skew y_d + cx`, `v = fy y_d + cy`, distorted as `OpenCV` does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +21,10 @@ pub struct Lens {
     pub k: [f64; 3],
     /// Tangential distortion `p1`, `p2`.
     pub p: [f64; 2],
+    /// Fourth radial distortion, of a fisheye only.
+    pub k4: f64,
+    /// What the terms mean: effects change those of the lens there is.
+    pub model: LensModel,
 }
 
 impl Lens {
@@ -43,6 +47,8 @@ impl Lens {
             p1: self.p[0],
             p2: self.p[1],
             k3: self.k[2],
+            k4: self.k4,
+            model: self.model,
             width: 0,
             height: 0,
         }
@@ -59,6 +65,8 @@ impl From<Intrinsics> for Lens {
             skew: i.skew,
             k: [i.k1, i.k2, i.k3],
             p: [i.p1, i.p2],
+            k4: i.k4,
+            model: i.model,
         }
     }
 }

@@ -2,14 +2,15 @@
 //!
 //! Undoing the distortion takes a Newton search on the radius. A picture asks for it a million times with
 //! the same lens, so the factor is tabulated over the squared radius and interpolated; the error is below
-//! 2e-8 of the radius, a few hundred-thousandths of a pixel. A lens with tangential terms is not the same all round;
-//! its pixels are searched one by one.
+//! 2e-8 of the radius, a few hundred-thousandths of a pixel. A lens with tangential terms is not the same all round, and a
+//! fisheye's factor has no end; their pixels are searched one by one. What a fisheye shows at 89° from its axis or farther is drawn as what is
+//! there.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 use wide::f32x4;
 
 use crate::world::frame::times;
-use crate::world::{Camera, Intrinsics};
+use crate::world::{Camera, Intrinsics, LensModel};
 
 /// Entries of the table: linear interpolation between so many leaves the error named above.
 const STEPS: usize = 2048;
@@ -63,9 +64,9 @@ impl Lens {
         &self.world_from_camera
     }
 
-    /// Returns whether the lens is the same all round, so that [`Self::four`] can be asked.
+    /// Returns whether the lens has a table of factors, so that [`Self::four`] can be asked.
     pub(super) fn is_radial(&self) -> bool {
-        self.intrinsics.is_radial()
+        self.intrinsics.is_radial() && self.intrinsics.model == LensModel::Brown
     }
 
     /// Returns `x/z` and `y/z` in camera coordinates of the rays through the four pixels from `(u, v)` to the right; of a lens
@@ -95,7 +96,7 @@ impl Lens {
         let i = &self.intrinsics;
         let y = (v - i.cy) / i.fy;
         let x = (u - i.cx - i.skew * y) / i.fx;
-        if !i.is_radial() {
+        if !self.is_radial() {
             let n = i.undistort(Vector2::new(x, y));
             return times(&self.world_from_camera, &Vector3::new(n.x, n.y, 1.0));
         }
@@ -128,6 +129,12 @@ mod tests {
                 let quick = lens.direction(u, v).normalize();
                 assert!((slow - quick).norm() < 2e-8, "{u} {v}: {}", (slow - quick).norm());
             }
+            let mut fisheye = camera;
+            (fisheye.intrinsics.p1, fisheye.intrinsics.p2, fisheye.intrinsics.k3) = (0.0, 0.0, 0.0);
+            (fisheye.intrinsics.k4, fisheye.intrinsics.model) = (0.01, LensModel::Fisheye);
+            let slow = fisheye.ray(Pixel::new(17.0, 300.0)).direction;
+            let quick = Lens::new(&fisheye).direction(17.0, 300.0).normalize();
+            assert!((slow - quick).norm() < 1e-9);
             if lens.is_radial() {
                 let [x, y] = lens.four(1276, 3).map(f32x4::to_array);
                 for k in 0..4 {

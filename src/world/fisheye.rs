@@ -1,0 +1,95 @@
+//! A fisheye's distortion: how far from the middle the angle from the optical axis is shown.
+//!
+//! Where a pinhole shows the angle `θ` at `tan θ`, a fisheye shows it at about `θ`, so that the whole half-space before it has room:
+//! `θ_d = θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, `x_d = x θ_d / r`, `y_d = y θ_d / r` with `r² = x² + y²` and `θ = atan r`
+//! (`OpenCV`'s `fisheye`, Kalibr's `equidistant`). Normalised coordinates end at a right angle from the axis; [`angle`] goes on.
+//!
+//! Source: Kannala and Brandt, "A generic camera model and calibration method for conventional, wide-angle, and fish-eye lenses",
+//! PAMI 2006; `OpenCV`, "Fisheye camera model".
+
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::camera::FOLD;
+
+/// Normalised coordinates are given up to this angle from the axis, rad (89°): `r = 57`; at a right angle they have no end.
+pub(super) const WIDEST: f64 = 1.5533;
+
+/// Below this radius `θ/r` is 1 to rounding: it differs by `r²/3`.
+const MIDDLE: f64 = 1e-8;
+
+/// Returns where an angle from the axis is shown, and the slope of that.
+fn shown(k: [f64; 4], angle: f64) -> (f64, f64) {
+    let t = angle * angle;
+    let value = angle * (1.0 + t * (k[0] + t * (k[1] + t * (k[2] + t * k[3]))));
+    let slope = 1.0 + t * (3.0 * k[0] + t * (5.0 * k[1] + t * (7.0 * k[2] + t * 9.0 * k[3])));
+    (value, slope)
+}
+
+/// Returns whether all angles up to one are shown one after the other.
+pub(super) fn grows_to(k: [f64; 4], angle: f64) -> bool {
+    (0..=64).all(|i| shown(k, angle * f64::from(i) / 64.0).1 > FOLD)
+}
+
+/// Returns the angle from the axis, rad, of what is shown at a distance from the middle: from 0 to half a turn. Past the fold of the
+/// polynomial it stays there.
+pub(super) fn angle(k: [f64; 4], far: f64) -> f64 {
+    // The polynomial may turn; walk from the middle, so that the first one that fits is found.
+    let mut angle = 0.0_f64;
+    for _ in 0..50 {
+        let (value, slope) = shown(k, angle);
+        if slope < FOLD {
+            break;
+        }
+        let step = ((far - value) / slope).clamp(-STEP, STEP);
+        angle = (angle + step).clamp(0.0, PI);
+        if step.abs() < 1e-15 {
+            break;
+        }
+    }
+    angle
+}
+
+/// Longest step of the search, rad. Chosen: a lens bends little within it.
+const STEP: f64 = 0.25;
+
+/// Applies the distortion to normalised coordinates.
+pub(super) fn distort(k: [f64; 4], n: Vector2<f64>) -> Vector2<f64> {
+    let r = n.norm();
+    if r < MIDDLE { n } else { n * (shown(k, r.atan()).0 / r) }
+}
+
+/// Returns the derivatives of [`distort`] by the normalised coordinates.
+pub(super) fn slope(k: [f64; 4], n: Vector2<f64>) -> Matrix2<f64> {
+    let r2 = n.norm_squared();
+    let r = r2.sqrt();
+    if r < MIDDLE {
+        return Matrix2::identity();
+    }
+    let (value, slope) = shown(k, r.atan());
+    let factor = value / r;
+    let by_radius = slope / (1.0 + r2);
+    Matrix2::identity() * factor + n * n.transpose() * ((by_radius - factor) / r2)
+}
+
+/// Returns the derivatives of [`distort`] by `k1` to `k4`.
+pub(super) fn by_terms(n: Vector2<f64>) -> [Vector2<f64>; 4] {
+    let r = n.norm();
+    if r < MIDDLE {
+        return [Vector2::zeros(); 4];
+    }
+    let angle = r.atan();
+    let (outwards, t) = (n / r, angle * angle);
+    let mut power = angle;
+    [0; 4].map(|_| {
+        power *= t;
+        outwards * power
+    })
+}
+
+/// Removes the distortion; what is shown at [`WIDEST`] or beyond is put there.
+pub(super) fn undistort(k: [f64; 4], d: Vector2<f64>) -> Vector2<f64> {
+    let far = d.norm();
+    if far < MIDDLE { d } else { d * (angle(k, far).min(WIDEST).tan() / far) }
+}
