@@ -6,7 +6,7 @@
 //!
 //! Source of the derivatives: Solà, Deray and Atchuthan, "A micro Lie theory", 2018, §IV.B.
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, UnitQuaternion, Vector3};
 
 use crate::fit::{Jacobian, Problem};
 use crate::world::{Intrinsics, LensModel, Pixel, Pose, frame};
@@ -145,13 +145,12 @@ impl Problem for Reprojection {
         for (seen, r) in self.seen.iter().zip(r.chunks_exact_mut(2)) {
             let at = &views[seen.view];
             let p = at.camera_from_world * (seen.point - at.centre);
-            if p.z <= 1e-9 {
+            let Some(d) = k.shown(p) else {
                 r.fill(f64::INFINITY);
                 continue;
-            }
-            let pixel = k.pixel(Vector2::new(p.x / p.z, p.y / p.z));
-            r[0] = (pixel.u - seen.pixel.u) / seen.sigma;
-            r[1] = (pixel.v - seen.pixel.v) / seen.sigma;
+            };
+            r[0] = (k.fx * d.x + k.skew * d.y + k.cx - seen.pixel.u) / seen.sigma;
+            r[1] = (k.fy * d.y + k.cy - seen.pixel.v) / seen.sigma;
         }
     }
 
@@ -161,20 +160,14 @@ impl Problem for Reprojection {
         for (i, seen) in self.seen.iter().enumerate() {
             let at = &views[seen.view];
             let p = at.camera_from_world * (seen.point - at.centre);
-            if p.z <= 1e-9 {
-                continue;
-            }
-            let n = Vector2::new(p.x / p.z, p.y / p.z);
-            let d = k.distort(n);
+            let Some(d) = k.shown(p) else { continue };
             let per = 1.0 / seen.sigma;
             let pixel_from_distorted = Matrix2::new(k.fx, k.skew, 0.0, k.fy) * per;
-            let distorted_from_normal = k.distortion_slope(n);
-            let normal_from_point =
-                Matrix2x3::new(1.0 / p.z, 0.0, -n.x / p.z, 0.0, 1.0 / p.z, -n.y / p.z);
-            let pixel_from_point = pixel_from_distorted * distorted_from_normal * normal_from_point;
+            let (distorted_from_point, by_terms) = k.shown_slopes(p);
+            let pixel_from_point = pixel_from_distorted * distorted_from_point;
             let by_turn = pixel_from_point * p.cross_matrix() * at.left;
             let by_shift = -pixel_from_point * at.camera_from_world;
-            let by_lens = k.distortion_by_terms(n).map(|slope| pixel_from_distorted * slope);
+            let by_lens = by_terms.map(|slope| pixel_from_distorted * slope);
             let column = INTRINSIC + POSE * seen.view;
             let u = j.row_mut(2 * i);
             u[0] = d.x * per;

@@ -12,7 +12,7 @@
 //!
 //! Fitting a camera is [`crate::alignment`]'s work, drawing with one is [`crate::twin`]'s.
 
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::frame::{Camera as CameraFrame, Point, Pose, World};
@@ -197,22 +197,36 @@ impl Intrinsics {
         }
     }
 
-    /// Returns the derivatives of the distorted coordinates by the lens's terms, in the order `k1 k2 p1 p2 k3 k4`.
-    pub fn distortion_by_terms(&self, n: Vector2<f64>) -> [Vector2<f64>; 6] {
-        if self.model == LensModel::Fisheye {
-            let [k1, k2, k3, k4] = fisheye::by_terms(n);
-            return [k1, k2, Vector2::zeros(), Vector2::zeros(), k3, k4];
+    /// Returns the distorted coordinates of a point of the camera's frame, `None` where the lens cannot see: behind the camera, of a
+    /// fisheye straight behind.
+    pub fn shown(&self, p: Vector3<f64>) -> Option<Vector2<f64>> {
+        match self.model {
+            LensModel::Brown => (p.z > 1e-9).then(|| self.distort(p.xy() / p.z)),
+            LensModel::Fisheye => fisheye::shown_at(self.angular(), p),
         }
+    }
+
+    /// Returns the derivatives of [`Self::shown`] by the point, and by the lens's terms in the order `k1 k2 p1 p2 k3 k4`.
+    pub fn shown_slopes(&self, p: Vector3<f64>) -> (Matrix2x3<f64>, [Vector2<f64>; 6]) {
+        if self.model == LensModel::Fisheye {
+            let [k1, k2, k3, k4] = fisheye::by_terms(p);
+            let by_terms = [k1, k2, Vector2::zeros(), Vector2::zeros(), k3, k4];
+            return (fisheye::shown_slope(self.angular(), p), by_terms);
+        }
+        let n = p.xy() / p.z;
+        let normal_from_point =
+            Matrix2x3::new(1.0 / p.z, 0.0, -n.x / p.z, 0.0, 1.0 / p.z, -n.y / p.z);
         let r2 = n.norm_squared();
         let xy = 2.0 * n.x * n.y;
-        [
+        let by_terms = [
             n * r2,
             n * (r2 * r2),
             Vector2::new(xy, r2 + 2.0 * n.y * n.y),
             Vector2::new(r2 + 2.0 * n.x * n.x, xy),
             n * (r2 * r2 * r2),
             Vector2::zeros(),
-        ]
+        ];
+        (self.distortion_slope(n) * normal_from_point, by_terms)
     }
 
     /// Returns whether a fisheye shows the angles from the axis one after the other as far as a pixel, and no farther than normalised
@@ -474,6 +488,15 @@ mod tests {
         (wide.k1, wide.k2, wide.k3, wide.k4) = (0.0, 0.0, 0.0, 0.0);
         let back = wide.direction(Pixel::new(320.0 + 300.0 * 100_f64.to_radians(), 240.0));
         assert!((back.z - 100_f64.to_radians().cos()).abs() < 1e-12 && back.x > 0.9);
+        let p = Vector3::new(0.5, -0.4, -0.1);
+        let d = k.shown(p).unwrap();
+        let (slope, _) = k.shown_slopes(p);
+        for (axis, step) in Matrix3::identity().column_iter().enumerate() {
+            let by = (k.shown(p + step * 1e-6).unwrap() - d) / 1e-6;
+            assert!((by - slope.column(axis)).norm() < 1e-5, "{axis}");
+        }
+        let pixel = Pixel::new(k.fx * d.x + k.cx, k.fy * d.y + k.cy);
+        assert!((k.direction(pixel) - p.normalize()).norm() < 1e-9);
     }
 
     /// `x = X/Z` and `y = Y/Z`, and where `OpenCV` puts them, px.

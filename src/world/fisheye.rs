@@ -2,14 +2,15 @@
 //!
 //! Where a pinhole shows the angle `θ` at `tan θ`, a fisheye shows it at about `θ`, so that the whole half-space before it has room:
 //! `θ_d = θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, `x_d = x θ_d / r`, `y_d = y θ_d / r` with `r² = x² + y²` and `θ = atan r`
-//! (`OpenCV`'s `fisheye`, Kalibr's `equidistant`). Normalised coordinates end at a right angle from the axis; [`angle`] goes on.
+//! (`OpenCV`'s `fisheye`, Kalibr's `equidistant`). Normalised coordinates end at a right angle from the axis; [`angle`] and
+//! [`shown_at`] go on.
 //!
 //! Source: Kannala and Brandt, "A generic camera model and calibration method for conventional, wide-angle, and fish-eye lenses",
 //! PAMI 2006; `OpenCV`, "Fisheye camera model".
 
 use std::f64::consts::PI;
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
 use super::camera::FOLD;
 
@@ -73,14 +74,37 @@ pub(super) fn slope(k: [f64; 4], n: Vector2<f64>) -> Matrix2<f64> {
     Matrix2::identity() * factor + n * n.transpose() * ((by_radius - factor) / r2)
 }
 
-/// Returns the derivatives of [`distort`] by `k1` to `k4`.
-pub(super) fn by_terms(n: Vector2<f64>) -> [Vector2<f64>; 4] {
-    let r = n.norm();
-    if r < MIDDLE {
+/// Returns where a point of the camera's frame is shown, distorted coordinates, wherever it is but straight behind.
+pub(super) fn shown_at(k: [f64; 4], p: Vector3<f64>) -> Option<Vector2<f64>> {
+    let r = p.xy().norm();
+    if r < MIDDLE * p.z.abs() {
+        return (p.z > 0.0).then(|| p.xy() / p.z);
+    }
+    (r > 0.0).then(|| p.xy() * (shown(k, r.atan2(p.z)).0 / r))
+}
+
+/// Returns the derivatives of [`shown_at`] by the point.
+pub(super) fn shown_slope(k: [f64; 4], p: Vector3<f64>) -> Matrix2x3<f64> {
+    let r = p.xy().norm();
+    if r < MIDDLE * p.z.abs() {
+        return Matrix2x3::new(1.0 / p.z, 0.0, 0.0, 0.0, 1.0 / p.z, 0.0);
+    }
+    let (value, slope) = shown(k, r.atan2(p.z));
+    let (outwards, far2) = (p.xy() / r, p.norm_squared());
+    let along = outwards * outwards.transpose();
+    let by_xy = (Matrix2::identity() - along) * (value / r) + along * (slope * p.z / far2);
+    let by_z = -outwards * (slope * r / far2);
+    Matrix2x3::from_columns(&[by_xy.column(0).into(), by_xy.column(1).into(), by_z])
+}
+
+/// Returns the derivatives of [`shown_at`] by `k1` to `k4`.
+pub(super) fn by_terms(p: Vector3<f64>) -> [Vector2<f64>; 4] {
+    let r = p.xy().norm();
+    if r < MIDDLE * p.z.abs() {
         return [Vector2::zeros(); 4];
     }
-    let angle = r.atan();
-    let (outwards, t) = (n / r, angle * angle);
+    let angle = r.atan2(p.z);
+    let (outwards, t) = (p.xy() / r, angle * angle);
     let mut power = angle;
     [0; 4].map(|_| {
         power *= t;

@@ -65,3 +65,35 @@ fn photographs_become_a_file_that_camera_see_reads() {
     assert!(said.out.contains(" px ± "), "{said:?}");
     assert!(said.out.contains("camera from 13 of 14 pictures of 640 x 480 px"), "{said:?}");
 }
+
+/// A fisheye's file is read by what reads any other, and says what it is.
+#[test]
+fn a_fisheye_is_fitted_when_asked_for_and_its_file_is_read() {
+    let Some(dir) = public("opencv_chessboard") else { return };
+    let scratch = Scratch::new("calibrate-fisheye");
+    let names: Vec<String> = [1, 2, 3, 5, 8, 12]
+        .map(|i| dir.join(format!("left{i:02}.jpg")).display().to_string())
+        .into();
+    let mut args = vec!["camera", "calibrate", "--board", "chessboard:9x6:25mm", "--distortion"];
+    args.extend(["fisheye-k1k2", "--write", "camera.json"]);
+    args.extend(names.iter().map(String::as_str));
+    let said = scratch.trueup(&args);
+    assert!(said.out.contains("a fisheye: k1 to k4 bend the angle from the axis"), "{said:?}");
+    assert!(said.out.contains("k4") && !said.out.contains("  p1"), "{said:?}");
+    args.push("--json");
+    let answer = scratch.trueup(&args).document("camera-calibrate");
+    assert_eq!(answer["model"], "fisheye");
+    assert_eq!(answer["camera"]["intrinsics"]["model"], "fisheye");
+    assert_eq!(answer["std"]["k4"], 0.0);
+    assert!(
+        answer["std"]["k2"].as_f64().unwrap() > 0.0 && answer["rms_px"].as_f64().unwrap() < 0.3
+    );
+    RgbImage::from_pixel(640, 480, Rgb([120; 3])).save(scratch.path("table.png")).unwrap();
+    let said = scratch.trueup(&["camera", "see", "table.png", "--calibration", "camera.json"]);
+    assert_eq!(said.code, 1, "{said:?}");
+    let mixed = r#"{"fx_px": 300, "cx_px": 320, "cy_px": 240, "p1": 0.1, "model": "fisheye"}"#;
+    scratch.file("mixed.json", mixed);
+    let said = scratch.trueup(&["camera", "see", "table.png", "--calibration", "mixed.json"]);
+    assert_eq!(said.code, 2, "{said:?}");
+    assert!(said.err.contains("p1 is no term of a fisheye lens"), "{said:?}");
+}

@@ -9,7 +9,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 
-use super::{Calibration, View, lens};
+use super::{Calibration, View, ViewFit, lens};
 use crate::alignment::picture::median;
 
 /// How the target was held in one view.
@@ -79,7 +79,9 @@ pub enum Advice {
 const FEW: usize = 5;
 /// A target that is nowhere tilted by this is face-on, rad (15°): Zhang's error at 20° (§5.1, Fig. 3) is twice that at
 /// 45°, and below it grows without bound.
-const FACE_ON: f64 = 0.262;
+pub(super) const FACE_ON: f64 = 0.262;
+/// Planes that give a camera without any assumption (Zhang, §3.1).
+pub(super) const PLANES: usize = 3;
 /// Directions within this of each other are one, rad (30°). Chosen: a third of the way to the other axis.
 const ALIKE: f64 = 0.524;
 /// A ninth of the picture with less than this part of an even share of the corners is bare. Chosen: with half of it a
@@ -90,16 +92,19 @@ const UNSURE: f64 = 0.01;
 /// A view that fits so many times worse than the median. Chosen: noise of 50 corners alters its rms by a tenth.
 const POOR: f64 = 2.5;
 
+/// Returns how the target was held in a view.
+pub(super) fn held(view: &ViewFit) -> Held {
+    let normal = view.camera_from_world.rotation() * nalgebra::Vector3::z();
+    Held {
+        tilt: normal.z.abs().min(1.0).acos(),
+        direction: normal.y.atan2(normal.x).rem_euclid(PI),
+    }
+}
+
 impl Coverage {
     /// Returns what the views show.
     pub fn of(calibration: &Calibration, views: &[View]) -> Self {
-        let held = calibration.views.iter().map(|view| {
-            let normal = view.camera_from_world.rotation() * nalgebra::Vector3::z();
-            Held {
-                tilt: normal.z.abs().min(1.0).acos(),
-                direction: normal.y.atan2(normal.x).rem_euclid(PI),
-            }
-        });
+        let held = calibration.views.iter().map(held);
         let (w, h) = (calibration.intrinsics.width, calibration.intrinsics.height);
         let third = |at: f64, size: u32| {
             (3.0 * (at + 0.5) / f64::from(size.max(1))).clamp(0.0, 2.0) as usize

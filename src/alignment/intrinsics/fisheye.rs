@@ -4,7 +4,7 @@
 //! that put the farthest corner at 15 to 100° from the axis, every view is undone as a lens that shows angles as they are
 //! (`r = f θ`), a homography is fitted, and how far it leaves the corners from where they were seen says which focal length it is.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use super::{Error, View, pose_from_homography};
 use crate::alignment::TooAlike;
@@ -63,13 +63,10 @@ fn from(view: &View, lens: &Intrinsics) -> Option<(f64, Pose<frame::World, frame
     let mut sum = 0.0;
     for (point, pixel) in &near {
         let p = (pose.inverse() * *point).coords();
-        sum += if p.z > 0.0 { off(lens, p, *pixel) } else { LOST };
+        sum += lens.shown(p).map_or(LOST, |d| {
+            Pixel::new(lens.fx * d.x + lens.cx, lens.fy * d.y + lens.cy).distance(*pixel).powi(2)
+        });
     }
     let is_told = near.len() >= LEAST.1 && near.len() as f64 >= LEAST.0 * n as f64;
     Some((if is_told { sum / near.len() as f64 } else { LOST }, pose))
-}
-
-/// The square of how far a point of the camera's frame is shown from where it was seen, px².
-fn off(lens: &Intrinsics, p: Vector3<f64>, pixel: Pixel) -> f64 {
-    lens.pixel(p.xy() / p.z).distance(pixel).powi(2)
 }

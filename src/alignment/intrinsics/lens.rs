@@ -10,7 +10,7 @@
 
 use nalgebra::Vector2;
 
-use super::{Calibration, Distortion, Error, Options, View, calibrate};
+use super::{Calibration, Distortion, Error, Options, View, calibrate, coverage};
 use crate::world::{Intrinsics, LensModel, Pixel};
 
 /// One choice of terms beside the others.
@@ -50,6 +50,10 @@ pub fn choose(views: &[View], options: &Options) -> Result<(Calibration, Vec<Com
             }
         }
     }
+    // A barrel seen face-on has a focal length only if it is believed to be a fisheye's: what no pinhole makes of such views, no fisheye may.
+    if fits.iter().all(|(compared, _)| compared.distortion.model() == LensModel::Fisheye) {
+        fits.retain(|(_, fit)| fit.views.len() >= coverage::PLANES && is_tilted(fit));
+    }
     let compared: Vec<Compared> = fits.iter().map(|(compared, _)| *compared).collect();
     let Some(chosen) = best(&compared) else {
         return Err(refused.unwrap_or(Error::Degenerate { model: "the lens", free: 1 }));
@@ -78,6 +82,11 @@ fn best(compared: &[Compared]) -> Option<usize> {
         }
         (one, other) => one.or(other).map(|(index, _)| index),
     }
+}
+
+/// Whether the target leans in some view.
+fn is_tilted(fit: &Calibration) -> bool {
+    fit.views.iter().any(|view| coverage::held(view).tilt >= coverage::FACE_ON)
 }
 
 /// More evidence than this is very strong: twice the logarithm of a Bayes factor above 10 (Kass and Raftery, §3.2).
