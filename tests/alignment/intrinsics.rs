@@ -22,11 +22,7 @@ fn planted() -> Intrinsics {
         skew: 0.4,
         k1: -0.11,
         k2: 0.04,
-        p1: 0.0,
-        p2: 0.0,
-        k3: 0.0,
-        width: 1280,
-        height: 720,
+        ..Intrinsics::centred(900.0, 1280, 720)
     }
 }
 

@@ -58,14 +58,7 @@ impl Visp {
             fy: number(&xml, "py"),
             cx: number(&xml, "u0"),
             cy: number(&xml, "v0"),
-            skew: 0.0,
-            k1: 0.0,
-            k2: 0.0,
-            p1: 0.0,
-            p2: 0.0,
-            k3: 0.0,
-            width: 640,
-            height: 480,
+            ..Intrinsics::centred(1.0, 640, 480)
         };
         let pose = if let Some(frame) = frame {
             let entry = &reference["frames"][frame.to_string()];

@@ -91,8 +91,8 @@ mod tests {
     /// Worked by hand from Brown's formula: x = 0.2, y = 0.1, so r² = 0.05.
     #[test]
     fn the_tangential_terms_are_browns() {
-        let lens =
-            Lens { fx: 1.0, fy: 1.0, cx: 0.0, cy: 0.0, skew: 0.0, k: [0.0; 3], p: [0.01, -0.02] };
+        let mut lens = Lens::from(Intrinsics::centred(1.0, 1, 1));
+        lens.p = [0.01, -0.02];
         let d = lens.pixel(Vector2::new(0.2, 0.1)) - Vector2::new(0.2, 0.1);
         assert!((d.x - (0.02 * 0.02 - 0.02 * 0.13)).abs() < 1e-15);
         assert!((d.y - (0.01 * 0.07 - 0.04 * 0.02)).abs() < 1e-15);
