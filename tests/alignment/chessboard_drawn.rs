@@ -25,7 +25,7 @@ fn errors(photo: &Photo) -> (f64, f64) {
 /// was taken for one of the corner's.
 #[test]
 fn corners_beside_what_covers_a_board_are_left_out() {
-    let (mut n, mut n_visible, mut far) = (0, 0, Vec::new());
+    let (mut n, mut n_visible, mut far) = (0_usize, 0_usize, Vec::new());
     for seed in 0..18 {
         let photo = Photo::covered(seed);
         let truth = photo.truth();

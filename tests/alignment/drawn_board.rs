@@ -210,7 +210,7 @@ impl Photo {
             _ => Paint::Shadow(0.45),
         };
         let angle = even(0.0, std::f64::consts::TAU);
-        let cover = if seed % 2 == 0 {
+        let cover = if seed.is_multiple_of(2) {
             // A quarter of the board from one side.
             let along = |p: &Pixel| p.u * angle.cos() + p.v * angle.sin();
             let mut far: Vec<f64> = corners.iter().map(along).collect();

@@ -4,6 +4,8 @@
 //! the fitted camera as a multiple of what points are off in the middle, left out, and all is fitted again, until none is found. What a lens
 //! that fits badly leaves is no stray: it has no few points far beyond the others.
 
+use nalgebra::Matrix;
+
 use super::{Calibration, Error, View};
 use crate::alignment::picture::median;
 
@@ -61,11 +63,11 @@ pub fn without<T>(
     let mut found = Without { fit: fit(views)?, views: views.to_vec(), strays: Vec::new() };
     for _ in 0..ROUNDS {
         let residuals = &found.fit.0.residuals;
-        let mut lengths: Vec<f64> = residuals.iter().flatten().map(|r| r.norm()).collect();
+        let mut lengths: Vec<f64> = residuals.iter().flatten().map(Matrix::norm).collect();
         let limit = (CUT * median(&mut lengths) / MEDIAN).max(NEAR);
         let mut strays = found.strays.clone();
         for (view, residuals) in residuals.iter().enumerate() {
-            let worst = residuals.iter().map(|r| r.norm()).fold(0.0, f64::max);
+            let worst = residuals.iter().map(Matrix::norm).fold(0.0, f64::max);
             let limit = limit.max(AT_ONCE * worst);
             let far = residuals.iter().zip(&kept[view]).filter(|(r, _)| r.norm() > limit);
             let far = far.map(|(r, &point)| Stray { view, point, off_px: r.norm() });
