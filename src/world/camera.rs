@@ -4,7 +4,7 @@
 //! the centre of the top-left pixel. Distortion acts on normalised coordinates `x = X/Z`, `y = Y/Z`:
 //! `x_d = x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²)` and
 //! `y_d = y (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y²) + 2 p2 x y` with `r² = x² + y²` (`OpenCV`'s five).
-//! A file that lacks `p1`, `p2` or `k3` means 0. A lens of [`LensModel::Fisheye`] has `k1` to `k4` of its own meaning ([`super::fisheye`]);
+//! A file that lacks `p1`, `p2` or `k3` means 0. A lens of [`LensModel::Fisheye`] has `k1` to `k4` of its own meaning (`fisheye.rs`);
 //! what distorts, undistorts and differentiates here asks which it is, so that nobody else has to.
 //!
 //! Source: Brown, "Close-range camera calibration", Photogrammetric Engineering 1971; `OpenCV`, "Camera Calibration and
