@@ -67,7 +67,7 @@ use crate::world::Scene;
 pub use investigation::{Against, Investigation, Options, Trace};
 use investigation::{by_channel, rms_judged};
 use recording::{Error, Recording};
-pub use why::{Row, Why};
+pub use why::{COUNT, Row, Why};
 
 /// What the recordings are of.
 #[derive(Debug, Clone, Copy)]

@@ -17,6 +17,8 @@ use super::{Style, gap};
 
 /// Most points of a curve; more would not show.
 const POINTS: usize = 700;
+/// So few values are drawn with bars of their noise.
+const FEW: usize = 20;
 /// Stretches of a state over which what is left is averaged.
 const MEANS: usize = 40;
 /// A channel has changed if what is left of it has by this part of its noise.
@@ -28,8 +30,8 @@ pub fn page(investigation: &Investigation, after: &str) -> String {
     let plain = Style { json: false, quiet: false, verbose: false, colour: false, bars: false };
     let words = escaped(gap::people(finding, plain).trim_end());
     let mut whys = String::new();
-    for effect in &finding.effects {
-        whys.push_str(&effect_card(effect, &investigation.whys));
+    for (at, effect) in finding.effects.iter().enumerate() {
+        whys.push_str(&effect_card(effect, &own(finding, at, &investigation.whys)));
     }
     let (mut changed, mut others) = (String::new(), String::new());
     for place in &finding.places {
@@ -50,7 +52,7 @@ pub fn page(investigation: &Investigation, after: &str) -> String {
             body,
             "<h2>Why</h2>\n<p class=\"key soft\">Measured minus the model with all other effects: \
              <b style=\"color:var(--fitted)\">● fitted</b>, <b style=\"color:var(--heldout)\">■ held out</b>, \
-             <b style=\"color:var(--law)\">● what the effect adds</b></p>\n<div class=\"plots\">{whys}</div>\n"
+             <b style=\"color:var(--law)\">— what the effect adds</b></p>\n<div class=\"plots\">{whys}</div>\n"
         );
     }
     if !changed.is_empty() {
@@ -161,10 +163,23 @@ fn is_changed(traces: &[&Trace]) -> bool {
     })
 }
 
-/// An effect: its name, what it does, its numbers, and the plots that show it.
-fn effect_card(effect: &Effect, whys: &[Why]) -> String {
+/// Returns the plots of the effect at a place of a finding. Of two of one name and place, such as a width and a height, each
+/// has its own.
+fn own<'a>(finding: &Finding, at: usize, whys: &'a [Why]) -> Vec<&'a Why> {
+    let effect = &finding.effects[at];
+    let is_same = |other: &&Effect| effect.name == other.name && effect.at == other.at;
     let own = whys.iter().filter(|why| why.name == effect.name && why.at == effect.at);
-    let plots: String = own.filter_map(why_plot).collect();
+    let own: Vec<&Why> = own.collect();
+    let before = finding.effects[..at].iter().filter(is_same).count();
+    match own.get(before) {
+        Some(one) if finding.effects.iter().filter(is_same).count() == own.len() => vec![*one],
+        _ => own,
+    }
+}
+
+/// An effect: its name, what it does, its numbers, and the plots that show it.
+fn effect_card(effect: &Effect, whys: &[&Why]) -> String {
+    let plots: String = whys.iter().filter_map(|why| why_plot(why)).collect();
     let does = kind_named(&effect.name).map_or("", |kind| kind.does);
     let numbers = gap::numbers(effect);
     let doubt = if effect.indistinguishable { " (in doubt)" } else { "" };
@@ -180,18 +195,41 @@ fn effect_card(effect: &Effect, whys: &[Why]) -> String {
 /// Draws what is left without an effect against the state it acts by, and what the effect adds.
 fn why_plot(why: &Why) -> Option<String> {
     let state = Axis::over(&why.state, &why.state_unit, why.rows.iter().map(|row| row.state))?;
-    let values = why.rows.iter().flat_map(|row| [row.left, row.law]);
+    let is_few = why.rows.len() <= FEW;
+    let room = if is_few { 2.0 * why.noise } else { 0.0 };
+    let values = why.rows.iter().flat_map(|row| [row.left - room, row.left + room, row.law]);
     let mut plot = Plot::new(state, Axis::around(&why.channel, &why.unit, values)?);
     let stride = why.rows.len().div_ceil(2 * POINTS).max(1);
     for held_out in [false, true] {
         let colour = if held_out { "var(--heldout)" } else { "var(--fitted)" };
-        let own = why.rows.iter().filter(|row| row.held_out == held_out).step_by(stride);
-        plot.dots(own.map(|row| (row.state, row.left)), (colour, 3.0), !held_out);
+        let own = || why.rows.iter().filter(|row| row.held_out == held_out);
+        if is_few {
+            plot.bars(own().map(|row| (row.state, row.left - room, row.left + room)), colour);
+        }
+        let size = if is_few { 8.0 } else { 3.0 };
+        let own = own().step_by(stride).map(|row| (row.state, row.left));
+        plot.dots(own, (colour, size), !held_out);
     }
-    let law = why.rows.iter().step_by(stride);
-    plot.dots(law.map(|row| (row.state, row.law)), ("var(--law)", 2.0), true);
+    if why.curve.is_empty() {
+        let law = why.rows.iter().step_by(stride);
+        let size = if is_few { 5.0 } else { 2.0 };
+        plot.dots(law.map(|row| (row.state, row.law)), ("var(--law)", size), true);
+    } else {
+        plot.curve(why.curve.iter().copied(), "var(--law)");
+    }
     let says = format!("{} against {}, and what {} adds", why.channel, why.state, why.name);
-    Some(plot.drawn(&says))
+    let mut drawn = plot.drawn(&says);
+    if is_few {
+        drawn.push_str("<p class=\"soft\">Bars: two standard deviations to each side</p>");
+    }
+    if let Some(span) = why.mean_over {
+        let _ = write!(
+            drawn,
+            "<p class=\"soft\">Each point is a mean over {} s</p>",
+            significant(span, 2)
+        );
+    }
+    Some(drawn)
 }
 
 /// Draws a channel over time, recording after recording.
@@ -362,6 +400,9 @@ mod tests {
             unit: "N*m".into(),
             state: "dq_1".into(),
             state_unit: "rad/s".into(),
+            noise: 0.1,
+            mean_over: None,
+            curve: Vec::new(),
             rows: (0..100).map(row).collect(),
         }];
         let page =

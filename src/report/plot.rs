@@ -4,6 +4,7 @@
 
 use std::fmt::Write as _;
 
+use crate::discovery::COUNT;
 use crate::units::significant;
 
 use super::html::escaped;
@@ -40,6 +41,8 @@ pub struct Axis {
     to: f64,
     /// Written numbers are this many times those in SI.
     factor: f64,
+    /// Whether only whole numbers are written.
+    is_count: bool,
 }
 
 /// Returns a unit as a plot writes it, and how many of it are one in SI.
@@ -50,6 +53,7 @@ fn written(unit: &str) -> (String, f64) {
         "kg" => ("g".into(), 1e3),
         "kg/s" => ("g/s".into(), 1e3),
         "m^3" => ("mL".into(), 1e6),
+        COUNT => (String::new(), 1.0),
         unit => (unit.replace('*', "·").replace("^2", "²").replace("^3", "³"), 1.0),
     }
 }
@@ -62,14 +66,20 @@ impl Axis {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
                 (low.min(value), high.max(value))
             });
+        let is_count = unit == COUNT;
         let (unit, factor) = written(unit);
         let name = if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") };
-        let room = if high > low { 0.04 * (high - low) } else { low.abs().max(1e-9) };
+        let room = match high > low {
+            _ if is_count => 0.5,
+            true => 0.04 * (high - low),
+            false => low.abs().max(1e-9),
+        };
         (low <= high).then_some(Self {
             name,
             from: factor * (low - room),
             to: factor * (high + room),
             factor,
+            is_count,
         })
     }
 
@@ -89,6 +99,7 @@ impl Axis {
         let power = 10_f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|by| by * power);
         let step = step.into_iter().find(|step| *step >= rough).unwrap_or(10.0 * power);
+        let step = if self.is_count { step.max(1.0) } else { step };
         let first = (self.from / step).ceil() as i64;
         let last = (self.to / step).floor() as i64;
         let word = |k: i64| {
@@ -169,6 +180,37 @@ impl Plot {
             self.inside,
             "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\"{dash}/>",
             path.trim_end()
+        );
+    }
+
+    /// Draws a broad line through points.
+    pub fn curve(&mut self, points: impl Iterator<Item = (f64, f64)>, colour: &str) {
+        let mut path = String::new();
+        for (x, y) in points {
+            let _ = write!(path, "{:.1},{:.1} ", self.x(x), self.y(y));
+        }
+        let _ = write!(
+            self.inside,
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" stroke-linejoin=\"round\"/>",
+            path.trim_end()
+        );
+    }
+
+    /// Draws an upright bar through each point: first axis, from, to.
+    pub fn bars(&mut self, points: impl Iterator<Item = (f64, f64, f64)>, colour: &str) {
+        let mut path = String::new();
+        for (x, from, to) in points {
+            let (x, from, to) = (self.x(x), self.y(from), self.y(to));
+            let _ = write!(
+                path,
+                "M{x:.1} {from:.1}V{to:.1}M{:.1} {from:.1}h6M{:.1} {to:.1}h6",
+                x - 3.0,
+                x - 3.0
+            );
+        }
+        let _ = write!(
+            self.inside,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\"/>"
         );
     }
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use trueup::discovery::finding::{Finding, Value, Verdict};
 use trueup::discovery::recording::{Map, Recording};
-use trueup::discovery::{Options, Subject, investigate};
+use trueup::discovery::{Investigation, Options, Subject, investigate};
 use trueup::motion::Robot;
 
 use super::number;
@@ -161,9 +161,13 @@ fn moved_by(plan: &Plan, seed: u64) -> (Recording, f64) {
 }
 
 fn found(recordings: &[Recording]) -> Finding {
+    investigated(recordings).finding
+}
+
+fn investigated(recordings: &[Recording]) -> Investigation {
     let (robot, scene) = (Robot::gen3(), kitchen::scene());
     let subject = Subject::Held(&robot, &scene, &[]);
-    investigate(recordings, subject, &Options::default(), &mut |_, _| {}).unwrap().finding
+    investigate(recordings, subject, &Options::default(), &mut |_, _| {}).unwrap()
 }
 
 #[test]
@@ -204,7 +208,12 @@ fn pads_that_let_go_under_load_are_told_from_pads_that_flow() {
 #[test]
 fn a_jar_of_another_size_is_named_by_width_and_height() {
     let plan = Plan { opening: 0.0685, middle: 0.0735, ..AS_DECLARED };
-    let finding = found(&[moved(&plan, 8), moved(&plan, 9)]);
+    let Investigation { finding, whys, .. } = investigated(&[moved(&plan, 8), moved(&plan, 9)]);
+    let mut seen: Vec<(&str, &str, usize)> =
+        whys.iter().map(|w| (w.channel.as_str(), w.state.as_str(), w.rows.len())).collect();
+    seen.sort_unstable();
+    assert_eq!(seen, [("jar height", "recording", 2), ("jar width x", "grasp", 2)]);
+    assert!(whys.iter().all(|why| why.rows[1].held_out && !why.rows[0].held_out));
     assert_eq!(finding.verdict, Verdict::Several, "{:#?}", finding.effects);
     let of = |name: &str| {
         let effect = finding.effects.iter().find(|effect| effect.parameters.contains_key(name));
@@ -223,7 +232,9 @@ fn a_jar_of_another_size_is_named_by_width_and_height() {
 #[test]
 fn old_pictures_are_not_taken_for_a_slip() {
     let plan = Plan { late: 0.06, ..AS_DECLARED };
-    let finding = found(&[moved(&plan, 10), moved(&plan, 11)]);
+    let Investigation { finding, whys, .. } = investigated(&[moved(&plan, 10), moved(&plan, 11)]);
+    assert_eq!(whys.len(), 1);
+    assert!(whys[0].state.starts_with("speed_"), "{}: {}", whys[0].channel, whys[0].state);
     assert_eq!(finding.verdict, Verdict::Named, "{:#?}", finding.effects);
     let delay = number(&finding, "image_delay", "delay");
     assert!((delay - 0.06).abs() < 0.006, "{delay} s");

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use trueup::discovery::finding::{Finding, Value, Verdict};
 use trueup::discovery::recording::{Map, Recording};
-use trueup::discovery::{Options, Subject, investigate};
+use trueup::discovery::{Investigation, Options, Subject, investigate};
 use trueup::twin::FluidSettings;
 use trueup::twin::fluid::{Dribble, Filling, Fluid, Rim, Vessel};
 
@@ -98,9 +98,13 @@ pub(super) fn poured_over(level: f64, seed: u64) -> Recording {
 }
 
 fn found(recordings: &[Recording]) -> Finding {
+    investigated(recordings).finding
+}
+
+fn investigated(recordings: &[Recording]) -> Investigation {
     let scene = kitchen::scene();
     let subject = Subject::Pours(&scene, &[]);
-    investigate(recordings, subject, &Options::default(), &mut |_, _| {}).unwrap().finding
+    investigate(recordings, subject, &Options::default(), &mut |_, _| {}).unwrap()
 }
 
 fn number(finding: &Finding, effect: usize, name: &str) -> f64 {
@@ -164,7 +168,14 @@ fn a_jar_that_is_heavier_in_the_hand_than_declared_is_named_and_one_within_the_h
     let pours = [poured(150e-6, None, 7), poured(150e-6, None, 8)];
     // An arm is a few per cent off, not the same way in every place.
     let heavy = [weighed(&pours[0], 0.312 + 0.14), weighed(&pours[1], 0.299 + 0.14)];
-    let finding = found(&heavy);
+    let Investigation { finding, whys, .. } = investigated(&heavy);
+    // What shows it is what the hand bore of each pour, beside what was declared.
+    assert_eq!(whys.len(), 1, "{whys:#?}");
+    assert_eq!((whys[0].channel.as_str(), whys[0].state.as_str()), ("hand", "pour"));
+    let rows: Vec<(f64, bool)> = whys[0].rows.iter().map(|r| (r.state, r.held_out)).collect();
+    assert_eq!(rows, [(1.0, false), (2.0, true)]);
+    assert!(whys[0].rows.iter().all(|r| (r.left - 0.14).abs() < 0.02), "{:?}", whys[0].rows);
+    assert!(whys[0].rows.iter().all(|r| (r.law - 0.14).abs() < 0.02), "{:?}", whys[0].rows);
     assert_eq!(finding.verdict, Verdict::Named, "{:#?}", finding.effects);
     assert_eq!(
         (finding.effects[0].name.as_str(), finding.effects[0].at.as_str()),

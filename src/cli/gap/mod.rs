@@ -203,7 +203,7 @@ fn equations(
     let mut investigation = Investigation {
         finding: outcome.finding,
         traces: outcome.traces,
-        whys: Vec::new(),
+        whys: outcome.whys,
         experiment: outcome.experiment,
         revision: None,
     };

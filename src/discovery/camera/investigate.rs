@@ -60,7 +60,7 @@ pub fn investigate(
     }
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.best, files);
-    let whys = whys(&gap, &outcome.best);
+    let whys = whys(&gap, &outcome, search.tie);
     let mut finding = answer(&gap, &outcome, &search, notes);
     let mut experiment = None;
     if let Some(next) = &mut finding.next_experiment {

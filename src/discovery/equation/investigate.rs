@@ -2,9 +2,9 @@
 
 use crate::language::{Diagnostic, parse};
 
-use super::super::Trace;
 use super::super::finding::Finding;
 use super::super::recording::Recording;
+use super::super::{Trace, Why};
 use super::anchor::run_off;
 use super::baseline::{NoFit, baseline};
 use super::compile::compile;
@@ -44,6 +44,8 @@ pub struct Outcome {
     pub text: String,
     /// Measured minus model on the data held out, before and after, one per output.
     pub traces: Vec<Trace>,
+    /// Why each effect is named.
+    pub whys: Vec<Why>,
     /// The inputs that would settle a doubt, as the text of a recording.
     pub experiment: Option<String>,
 }

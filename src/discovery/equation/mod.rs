@@ -36,6 +36,7 @@ mod power;
 mod experiment;
 mod place;
 mod prepare;
+mod shown;
 mod wording;
 mod model_finding;
 mod investigate;

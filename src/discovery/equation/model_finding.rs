@@ -9,7 +9,7 @@ use super::super::finding::{
     Split, Value, Verdict,
 };
 use super::super::resample::is_unseen;
-use super::super::{Trace, by_channel};
+use super::super::{Trace, Why, by_channel};
 use super::edit::{apply, diff};
 use super::hypothesis::{Chosen, Gain, Hypothesis, Question, with_values};
 use super::investigate::Outcome;
@@ -91,7 +91,31 @@ impl Report<'_> {
         };
         let traces = self.traces(shown);
         by_channel(&mut finding, &traces);
-        Outcome { finding, text, traces, experiment }
+        let whys = self.whys(verdict, shown);
+        Outcome { finding, text, traces, whys, experiment }
+    }
+
+    /// Why each effect is named, those included that the data cannot tell from another.
+    fn whys(&self, verdict: Verdict, shown: &Hypothesis) -> Vec<Why> {
+        let (question, nominal) = (self.question, &self.search.nominal);
+        let all = 0..shown.effects.len();
+        if verdict == Verdict::Unknown {
+            // The words of a formula are one effect.
+            return question.why(nominal, shown, all).into_iter().collect();
+        }
+        let mut found = Vec::new();
+        for i in all {
+            found.extend(question.why(nominal, shown, i..i + 1));
+            for rival in self.ties(i) {
+                let last = rival.hypothesis.effects.len();
+                found.extend(question.why(
+                    nominal,
+                    &rival.hypothesis,
+                    last.saturating_sub(1)..last,
+                ));
+            }
+        }
+        found
     }
 
     fn verdict(&self, shown: &Hypothesis) -> Verdict {

@@ -171,6 +171,56 @@ impl Turns {
     }
 }
 
+/// The registers of a model with its constants and parameters, and what follows from those alone.
+fn frame<N: Number>(model: &Compiled, params: &[N]) -> Vec<N> {
+    let mut frame = vec![N::constant(0.0); model.program.n_registers];
+    for &(reg, value) in &model.program.constants {
+        frame[usize::from(reg)] = N::constant(value);
+    }
+    for (reg, value) in model.param_regs.iter().zip(params) {
+        frame[usize::from(*reg)] = *value;
+    }
+    model.program.run(&model.program.once, &mut frame, &model.widths);
+    frame
+}
+
+/// What a model says where it is put, not where it goes by itself: the rates of its states and then its outputs, row by row,
+/// with the states given, one column each.
+pub(super) fn said_at(
+    model: &Compiled,
+    data: &Data,
+    rows: Range<usize>,
+    scheme: Scheme,
+    params: &[f64],
+    states: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let read: Vec<_> = model.outputs.iter().map(|output| output.reg).collect();
+    let probe = model.probing(model.rates.iter().copied().chain(read));
+    let mut said = vec![Vec::with_capacity(rows.len()); probe.outputs.len()];
+    let mut frame = frame(&probe, params);
+    let mut f = Between {
+        model: &probe,
+        data,
+        frame: &mut frame,
+        row: rows.start,
+        held: rows.start,
+        scheme,
+    };
+    for (i, row) in rows.enumerate() {
+        f.row = row;
+        f.held = held_at(row, scheme.shift);
+        f.drive(data.time[row], 0.0);
+        for (reg, column) in probe.state_regs.iter().zip(states) {
+            f.frame[usize::from(*reg)] = column[i];
+        }
+        probe.program.run(&probe.program.outputs, f.frame, &probe.widths);
+        for (column, output) in said.iter_mut().zip(&probe.outputs) {
+            column.push(f.frame[usize::from(output.reg)]);
+        }
+    }
+    said
+}
+
 /// Runs a model over rows of a recording and writes its outputs, row by row.
 ///
 /// `params` are the free parameters; `start` holds the first value of each state, `None` where the model
@@ -189,14 +239,7 @@ pub fn simulate<N: Number>(
     out: &mut [N],
 ) -> Result<Vec<N>, BlowUp> {
     let n_out = model.outputs.len();
-    let mut frame = vec![N::constant(0.0); model.program.n_registers];
-    for &(reg, value) in &model.program.constants {
-        frame[usize::from(reg)] = N::constant(value);
-    }
-    for (reg, value) in model.param_regs.iter().zip(params) {
-        frame[usize::from(*reg)] = *value;
-    }
-    model.program.run(&model.program.once, &mut frame, &model.widths);
+    let mut frame = frame(model, params);
     let mut x: Vec<N> = model
         .states
         .iter()

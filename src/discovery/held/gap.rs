@@ -46,11 +46,11 @@ const fn spec(
 }
 
 /// The effects of one hypothesis, sorted.
-struct ActiveEffects {
+pub(super) struct ActiveEffects {
     creep: Option<Creep>,
     late: f64,
     camera: Isometry3<f64>,
-    size: [f64; 3],
+    pub(super) size: [f64; 3],
 }
 
 impl HeldGap {
@@ -61,11 +61,11 @@ impl HeldGap {
     }
 
     /// Returns whether what was read once belongs to a set: to what decides, since it cannot be cut.
-    fn has_single(&self, at: usize, set: Set) -> bool {
+    pub(super) fn has_single(&self, at: usize, set: Set) -> bool {
         set != Set::Unseen && self.sets[at].is_none_or(|own| own == set)
     }
 
-    fn active(&self, terms: &[Term], parameters: &[f64]) -> ActiveEffects {
+    pub(super) fn active(&self, terms: &[Term], parameters: &[f64]) -> ActiveEffects {
         let mut active =
             ActiveEffects { creep: None, late: 0.0, camera: Isometry3::identity(), size: [0.0; 3] };
         for (terms, mut numbers) in [(&self.known.0[..], &self.known.1[..]), (terms, parameters)] {

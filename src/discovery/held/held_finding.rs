@@ -6,7 +6,7 @@ use super::wording;
 use crate::discovery::finding::{Channel, Finding, ParameterEstimate};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Hypothesis, Options, Residuals as _, Set};
-use crate::discovery::why::{Left, Seen, Shows, State, whys};
+use crate::discovery::why::whys;
 use crate::discovery::wording::{Worded, answer, sets};
 use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
@@ -43,7 +43,7 @@ pub fn investigate(
         .map_err(|what| wording::diverged(what, &recordings[0].name))?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.nothing, &outcome.best);
-    let whys = whys(&gap, &outcome.best);
+    let whys = whys(&gap, &outcome, options.tie);
     let finding: Finding = answer(&gap, &outcome, options, notes);
     Ok(Investigation { finding, traces, whys, experiment: None, revision: None })
 }
@@ -85,7 +85,7 @@ fn take_known(gap: &mut HeldGap, known: &[EffectItem]) -> Vec<String> {
     aside
 }
 
-const AXES: [&str; 3] = ["object_x", "object_y", "object_z"];
+pub(super) const AXES: [&str; 3] = ["object_x", "object_y", "object_z"];
 
 /// Returns how far the thing moved in the hand before and after, m, axis by axis of the hand.
 fn traces(gap: &HeldGap, nothing: &Hypothesis<Term>, best: &Hypothesis<Term>) -> Vec<Trace> {
@@ -111,39 +111,6 @@ fn traces(gap: &HeldGap, nothing: &Hypothesis<Term>, best: &Hypothesis<Term>) ->
         }
     }
     found
-}
-
-impl Shows for HeldGap {
-    fn left(&self, terms: &[Term], parameters: &[f64]) -> Vec<Left> {
-        let mut found = Vec::new();
-        for (at, held) in self.held.iter().enumerate() {
-            let rows = HeldGap::left(self, at, None, terms, parameters).unwrap_or_default();
-            found.extend(AXES.into_iter().enumerate().map(|(axis, channel)| Left {
-                channel: channel.into(),
-                unit: "m".into(),
-                noise: held.noise,
-                held_out: rows.iter().map(|(row, _)| !self.is_in(at, *row, Set::Train)).collect(),
-                values: rows.iter().map(|(_, value)| value[axis]).collect(),
-            }));
-        }
-        found
-    }
-
-    fn states(&self, at: usize) -> Vec<State> {
-        let held = &self.held[at / AXES.len()];
-        let begin = held.time.first().copied().unwrap_or(0.0);
-        let rows = held.stretches.iter().flatten();
-        let values = rows.map(|row| held.time[*row] - begin).collect();
-        vec![State { name: "time".into(), unit: "s".into(), values }]
-    }
-
-    fn told(&self, term: &Term) -> Option<(String, String)> {
-        Some((self.name(term).to_owned(), self.site(term)))
-    }
-
-    fn seen(&self, _term: &Term) -> Seen {
-        Seen::default()
-    }
 }
 
 impl Worded for HeldGap {

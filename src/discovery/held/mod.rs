@@ -9,6 +9,7 @@ mod held_finding;
 mod held_record;
 mod gap;
 mod slip;
+mod shown;
 mod wording;
 
 pub use held_finding::investigate;

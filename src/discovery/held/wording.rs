@@ -131,3 +131,13 @@ pub(super) fn when(first: f64, last: f64) -> &'static str {
         "the longer it is held"
     }
 }
+
+/// How wide it is along an axis of its own.
+pub(super) fn width(object: &str, axis: usize) -> String {
+    format!("{object} width {}", ["x", "y"][axis.min(1)])
+}
+
+/// How high it is.
+pub(super) fn height(object: &str) -> String {
+    format!("{object} height")
+}

@@ -95,7 +95,7 @@ impl PourGap {
     }
 
     /// Returns whether what was read once belongs to a set: to what decides, since it cannot be cut.
-    fn has_single(&self, at: usize, set: Set) -> bool {
+    pub(super) fn has_single(&self, at: usize, set: Set) -> bool {
         set != Set::Unseen && self.sets[at].is_none_or(|own| own == set)
     }
 

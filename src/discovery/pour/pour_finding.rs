@@ -6,7 +6,7 @@ use super::wording;
 use crate::discovery::finding::{Channel, ParameterEstimate};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Set};
-use crate::discovery::why::{Left, Seen, Shows, State, whys};
+use crate::discovery::why::{COUNT, Left, Seen, Shows, State, whys};
 use crate::discovery::wording::{Worded, answer, sets};
 use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
@@ -38,7 +38,7 @@ pub fn investigate(
         .map_err(|what| wording::diverged(what, &recordings[0].name))?;
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome);
-    let whys = whys(&gap, &outcome.best);
+    let whys = whys(&gap, &outcome, options.tie);
     let finding = answer(&gap, &outcome, options, notes);
     Ok(Investigation { finding, traces, whys, experiment: None, revision: None })
 }
@@ -119,32 +119,65 @@ fn rate(time: &[f64], reading: &[f64]) -> Vec<f64> {
     (0..time.len()).map(near).collect()
 }
 
+/// What is read of a pour: row by row, or once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reading {
+    Mass,
+    Stream,
+    Hand,
+}
+
+/// A pour by its number.
+const POUR: &str = "pour";
+
+impl PourGap {
+    /// The readings of all pours, pour by pour.
+    fn readings(&self) -> impl Iterator<Item = (usize, Reading)> {
+        let all = [Reading::Mass, Reading::Stream, Reading::Hand];
+        let of = move |at: usize| {
+            let has_hand = self.pours[at].borne.is_some();
+            let is_there = move |reading: &Reading| *reading != Reading::Hand || has_hand;
+            all.into_iter().filter(is_there).map(move |reading| (at, reading))
+        };
+        (0..self.pours.len()).flat_map(of)
+    }
+}
+
 impl Shows for PourGap {
     fn left(&self, terms: &[Term], parameters: &[f64]) -> Vec<Left> {
-        let of = |(at, pour): (usize, &Pour)| {
-            let mass = self.left_of(at, terms, parameters);
-            let stream = rate(&pour.time, &mass);
-            let left = |channel: &str, unit: &str, noise, values| Left {
-                channel: channel.into(),
-                unit: unit.into(),
-                noise,
-                held_out: self.held_out(at),
-                values,
+        let of = |(at, reading): (usize, Reading)| {
+            let pour = &self.pours[at];
+            let mass = || self.left_of(at, terms, parameters);
+            let (channel, unit, noise, values) = match reading {
+                Reading::Mass => ("mass", "kg", pour.scale_noise, mass()),
+                Reading::Stream => {
+                    ("stream", "kg/s", pour.scale_noise / STREAM, rate(&pour.time, &mass()))
+                }
+                Reading::Hand => {
+                    let off = self.borne(at, terms, parameters);
+                    ("hand", "kg", BORNE, off.into_iter().collect())
+                }
             };
-            let noise = pour.scale_noise;
-            [left("mass", "kg", noise, mass), left("stream", "kg/s", noise / STREAM, stream)]
+            let held_out = match reading {
+                Reading::Hand => vec![!self.has_single(at, Set::Train)],
+                _ => self.held_out(at),
+            };
+            Left { channel: channel.into(), unit: unit.into(), noise, held_out, values }
         };
-        self.pours.iter().enumerate().flat_map(of).collect()
+        self.readings().map(of).collect()
     }
 
     fn states(&self, at: usize) -> Vec<State> {
-        // Two channels a pour.
-        let pour = &self.pours[at / 2];
+        let Some((at, reading)) = self.readings().nth(at) else { return Vec::new() };
+        let pour = &self.pours[at];
         let state = |name: &str, unit: &str, values: &[f64]| State {
             name: name.into(),
             unit: unit.into(),
             values: values.to_vec(),
         };
+        if reading == Reading::Hand {
+            return vec![state(POUR, COUNT, &[(at + 1) as f64])];
+        }
         let begin = pour.time.first().copied().unwrap_or(0.0);
         let time: Vec<f64> = pour.time.iter().map(|t| t - begin).collect();
         vec![
@@ -155,14 +188,14 @@ impl Shows for PourGap {
     }
 
     fn told(&self, term: &Term) -> Option<(String, String)> {
-        // What the hand weighed is one number a pour.
-        (*term != Term::Mass).then(|| (term.name().to_owned(), self.site(term)))
+        Some((term.name().to_owned(), self.site(term)))
     }
 
     fn seen(&self, term: &Term) -> Seen {
         let (channel, state) = match term {
             Term::Dribble | Term::Viscosity => ("stream", "tilt"),
-            Term::Volume | Term::Mass => ("mass", "tilt"),
+            Term::Volume => ("mass", "tilt"),
+            Term::Mass => ("hand", POUR),
             Term::Overflow | Term::Gain | Term::Clip => ("mass", "mass"),
             Term::Drift => ("mass", "time"),
         };

@@ -144,7 +144,7 @@ fn told(
 ) -> Investigation {
     let Found { outcome, fitted, own, filed } = found;
     let traces = traces(filed.as_ref().unwrap_or(&gap), &gap, &outcome, names);
-    let whys = whys(&gap, &outcome.best);
+    let whys = whys(&gap, &outcome, options.tie);
     let experiment = experiment(&gap, &outcome, options, robot);
     let chain = gap.train[0].arm.chain.clone();
     let mut finding = answer(gap, fitted, &outcome, options, noise_is_estimated, notes);

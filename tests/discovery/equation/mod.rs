@@ -4,6 +4,7 @@
 //! in closures that know nothing of model texts.
 
 mod planted;
+mod shown;
 mod field;
 mod textbook;
 mod unnamed;

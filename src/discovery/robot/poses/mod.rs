@@ -97,7 +97,7 @@ pub(in super::super) fn investigate(
     }
     progress(wording::WRITING, 0.98);
     let traces = gap.traces(&filed, &outcome.best, &place);
-    let whys = whys(&gap, &outcome.best);
+    let whys = whys(&gap, &outcome, options.tie);
     let mut finding = answer(&gap, &outcome, &options, notes);
     if !identified.is_empty() {
         let none = selection::refit(&filed, Vec::new(), Vec::new(), Vec::new());
