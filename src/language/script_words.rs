@@ -67,13 +67,7 @@ const fn part(of: &'static str, name: &'static str, does: &'static str) -> Scrip
 
 /// Every word there is, in the order of a help page.
 pub const WORDS: &[ScriptWord] = &[
-    of(
-        "camera",
-        "look",
-        "",
-        CAMERA,
-        "photographs the table and takes what it sees for what is there",
-    ),
+    of("camera", "look", "", CAMERA, "takes a camera image, and what it shows for what is there"),
     twin("grasps", "o, face, pitch", "ways to take `o`, best first; of a drawer, its handle"),
     part("grasp", "before", "joint positions before the thing"),
     part("grasp", "way_in", "the path from there to between the fingers"),
@@ -193,7 +187,7 @@ pub const WORDS: &[ScriptWord] = &[
         "choose",
         "ways",
         NOTHING,
-        "one of them: the best in the first rehearsal, others in others, and on the arm the one that survived",
+        "one of them: the best in the first simulation, others in others, and on the arm the one of the plan that succeeded",
     ),
     of("", "remember", "name, value", NOTHING, "keeps a value for a later action"),
     of("", "recall", "name", NOTHING, "the value that an earlier action kept"),

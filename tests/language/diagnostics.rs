@@ -71,6 +71,8 @@ fn nothing_is_done_to_a_thing_with_itself() {
         ("pour(a, a)", "`a` is given for `source` and for `target`"),
         ("push(a, at: left_of(a))", "`a` is given for `o` and for `at`"),
         ("put(a, at: between(b, a))", "`a` is given for `o` and for `at`"),
+        ("check rests_on(a, left_of(a))", "`a` is given for `o` and for `at`"),
+        ("check near(a, a)", "`a` is given for `a` and for `b`"),
     ] {
         assert_eq!(said(step), [other], "{step}");
     }

@@ -222,6 +222,20 @@ const SAID: &[(&str, &str)] = &[
     ("fill the red cup from the jar", "pour(jar, red)"),
     ("fill the blue cup with water from the jar", "pour(jar, blue)"),
     ("fill the red cup", "? which source: transparent jar or blue cup?"),
+    (
+        "fill the red cup halfway from the jar",
+        "pour(jar, red, amount: capacity(red) / 2 - filled(red))",
+    ),
+    (
+        "fill the red cup half full with water from the jar",
+        "pour(jar, red, amount: capacity(red) / 2 - filled(red))",
+    ),
+    (
+        "fill a third of the blue cup from the jar",
+        "pour(jar, blue, amount: capacity(blue) / 3 - filled(blue))",
+    ),
+    ("fill the cup to 80 % from the jar", "? which cup: red cup or blue cup?"),
+    ("fill the red mug", "! there is no red mug here"),
     // One after the other, and what "it" is.
     ("pick up the die, then put it down", "pick(die) then place(die)"),
     ("pick up the die and put it down", "pick(die) then place(die)"),
@@ -247,6 +261,11 @@ const SAID: &[(&str, &str)] = &[
     ("move the die behind the kettle", "! there is no kettle here"),
     // Several things.
     ("swap the red cup and the blue cup", "swap(red, blue)"),
+    ("swap the cups", "swap(red, blue)"),
+    ("exchange the two cups please", "swap(red, blue)"),
+    ("swap the dice", "! only one die is here: white die"),
+    ("swap the vessels", "! more than two fit: transparent jar, red cup or blue cup"),
+    ("put the vessel on the tray", "? which vessel: transparent jar, red cup or blue cup?"),
     ("clear the tray", "clear(tray)"),
     ("put everything on the tray", "collect(tray)"),
     ("take out the die", "unstack(die)"),

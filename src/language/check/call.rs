@@ -54,8 +54,8 @@ impl Checker<'_> {
                 self.fits(slots[at].name, &slots[at].ty, given, value);
                 if does {
                     self.amount(&slots[at], value);
-                    self.another(&slots[at], value, &mut things);
                 }
+                self.another(&slots[at], value, &mut things);
             }
         }
         if incomplete {
@@ -104,7 +104,7 @@ impl Checker<'_> {
         );
     }
 
-    /// Refuses a thing that is given for two parameters: nothing is poured into itself, or put on or beside itself.
+    /// Refuses a thing that is given for two parameters: nothing is poured into itself, put on or beside itself, or stands there.
     fn another<'c>(
         &mut self,
         slot: &Slot<'c>,

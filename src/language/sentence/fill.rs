@@ -13,7 +13,7 @@ use super::super::parse::parse_line;
 use super::super::text;
 use super::knowledge::{Knowledge, Phrase, Thing, either};
 use super::resolve::{self, Found, Hindrance};
-use super::template::Template;
+use super::template::{Template, Whole};
 use super::{Understood, relation, shift};
 
 /// What one template makes of a sentence.
@@ -43,8 +43,10 @@ pub(super) fn filled(
             Some(said) => match resolve::resolve(said, &ty, slot, with) {
                 Ok(found) => (said.as_str(), found),
                 Err(hindrance) => {
-                    // Words that name a thing are no amount badly said: another sentence was meant.
-                    let after = if names_a_thing(said, slot, with) { 0 } else { i };
+                    // Words that name a thing are no amount badly said, nor are they a part: another sentence was meant.
+                    let is_other =
+                        names_a_thing(said, slot, with) || template.whole(slot).is_some();
+                    let after = if is_other { 0 } else { i };
                     return Reading::Hindered(Hindrance { after, ..hindrance });
                 }
             },
@@ -64,7 +66,7 @@ pub(super) fn filled(
     }
     let question = which(&ways, with);
     for way in &mut ways {
-        let settled = of_a_whole(way, params).and_then(|()| shift::settle(way, with));
+        let settled = of_a_whole(way, params, template).and_then(|()| shift::settle(way, with));
         if let Err(hindrance) = settled {
             return Reading::Hindered(hindrance);
         }
@@ -118,11 +120,22 @@ fn which(ways: &[Vec<(String, String, String)>], with: &Knowledge<'_>) -> Option
 }
 
 /// Puts the whole into what was said as a part of it: half of `filled(source)` is `filled(jar) / 2`.
-fn of_a_whole(way: &mut [(String, String, String)], params: &[Param]) -> Result<(), Hindrance> {
+fn of_a_whole(
+    way: &mut [(String, String, String)],
+    params: &[Param],
+    template: &Template,
+) -> Result<(), Hindrance> {
     let known: BTreeMap<String, String> =
         way.iter().map(|(slot, _, value)| (slot.clone(), value.clone())).collect();
     for (slot, said, value) in way {
         if !value.contains(resolve::WHOLE) {
+            continue;
+        }
+        if let Some(Whole { all, less }) = template.whole(slot) {
+            *value = value.replace(resolve::WHOLE, &named(all, &known));
+            if let Some(less) = less {
+                *value = format!("{value} - {}", named(less, &known));
+            }
             continue;
         }
         let param = params.iter().find(|param| param.name.text == *slot);
@@ -130,16 +143,20 @@ fn of_a_whole(way: &mut [(String, String, String)], params: &[Param]) -> Result<
             let why = format!("\"{said}\" needs a whole, and `{slot}` has none");
             return Err(Hindrance::new(why, Some("say a number with its unit".into())));
         };
-        let mut written = String::new();
-        for word in text::expr(whole).split_inclusive(|c: char| !c.is_alphanumeric() && c != '_') {
-            let name = word.trim_end_matches(|c: char| !c.is_alphanumeric() && c != '_');
-            let rest = &word[name.len()..];
-            written += known.get(name).map_or(name, String::as_str);
-            written += rest;
-        }
-        *value = value.replace(resolve::WHOLE, &written);
+        *value = value.replace(resolve::WHOLE, &named(&text::expr(whole), &known));
     }
     Ok(())
+}
+
+/// Puts what slots stand for in the place of their names.
+fn named(formula: &str, known: &BTreeMap<String, String>) -> String {
+    let mut written = String::new();
+    for word in formula.split_inclusive(|c: char| !c.is_alphanumeric() && c != '_') {
+        let name = word.trim_end_matches(|c: char| !c.is_alphanumeric() && c != '_');
+        written += known.get(name).map_or(name, String::as_str);
+        written += &word[name.len()..];
+    }
+    written
 }
 
 fn extend(

@@ -15,6 +15,9 @@ pub struct Thing {
     pub looks: String,
 }
 
+/// What people call things of a type beside its name.
+const CALLED: &[(&str, &str)] = &[("container", "vessel")];
+
 impl Thing {
     /// Returns what a scene says of a thing.
     pub(crate) fn of(thing: &SceneThing) -> Self {
@@ -42,7 +45,10 @@ impl Thing {
         let parts = name.split('_').map(str::to_owned);
         let looks = self.looks.to_lowercase();
         let looks = looks.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-        parts.chain([bare, self.kind.to_lowercase()]).chain(looks).collect()
+        let kind = self.kind.to_lowercase();
+        let called = CALLED.iter().filter(|(known, _)| *known == kind).map(|(_, word)| *word);
+        let called: Vec<String> = called.map(str::to_owned).collect();
+        parts.chain([bare, kind]).chain(called).chain(looks).collect()
     }
 }
 

@@ -11,6 +11,7 @@
 mod describe;
 mod fill;
 mod knowledge;
+mod plural;
 mod question;
 mod relation;
 mod resolve;
@@ -25,7 +26,7 @@ use super::text;
 use fill::{Reading, filled, taught};
 pub use knowledge::{Knowledge, Phrase, Spot, Thing};
 use resolve::Hindrance;
-pub use template::{Reach, Template, Wrong};
+pub use template::{Reach, Template, Whole, Wrong};
 
 /// Words that say how a wish is meant and not what is wished, at the edges of a sentence.
 const POLITE: &[&str] = &[
@@ -197,18 +198,35 @@ pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
 /// Reads a sentence as one wish; `said` as [`words`] makes it. Of its ways to be read the first that is a call counts.
 fn one(said: &str, with: &Knowledge<'_>) -> Meaning {
     let mut hindrances: Vec<Hindrance> = Vec::new();
-    for reading in relation::readings(said) {
-        for reach in [Reach::Short, Reach::Long] {
-            let (calls, question) = calls(&reading, reach, with, &mut hindrances);
-            if !calls.is_empty() {
-                return conclude(calls, question, with);
+    if let Some(meaning) = read(said, with, &mut hindrances) {
+        return meaning;
+    }
+    match plural::pair(said, with) {
+        Some(Ok(both)) => {
+            if let Some(meaning) = read(&both, with, &mut hindrances) {
+                return meaning;
             }
         }
+        Some(Err(hindrance)) => hindrances.push(hindrance),
+        None => {}
     }
     match hindrances.into_iter().rev().max_by_key(|hindrance| hindrance.after) {
         Some(Hindrance { why, help, .. }) => Meaning::Impossible { why, help },
         None => Meaning::Unknown { help: nearest_sentence(said, with) },
     }
+}
+
+/// Reads a sentence in each of its ways until one is a call.
+fn read(said: &str, with: &Knowledge<'_>, hindrances: &mut Vec<Hindrance>) -> Option<Meaning> {
+    for reading in relation::readings(said) {
+        for reach in [Reach::Short, Reach::Long] {
+            let (calls, question) = calls(&reading, reach, with, hindrances);
+            if !calls.is_empty() {
+                return Some(conclude(calls, question, with));
+            }
+        }
+    }
+    None
 }
 
 /// Returns the calls that a sentence may be, read in one way, and what to ask if there are several.

@@ -21,6 +21,8 @@ const SHARES: &[(&str, u8, u8)] = &[
     ("everything", 1, 1),
     ("the rest", 1, 1),
     ("half", 1, 2),
+    ("halfway", 1, 2),
+    ("half way", 1, 2),
     ("one half", 1, 2),
     ("a half", 1, 2),
     ("third", 1, 3),
@@ -203,8 +205,10 @@ fn list(kind: &str, library: &Library, things: &[Thing]) -> Option<String> {
 
 /// `half`, `two thirds`, `25 %`: a part of [`WHOLE`].
 fn share(said: &str) -> Option<String> {
-    let part = said.trim_end_matches(" of it");
-    if let Some((_, times, by)) = SHARES.iter().find(|(words, ..)| *words == part) {
+    let part = said.trim_end_matches(" of it").trim_end_matches(" full");
+    let part = part.trim_start_matches("to ");
+    let is_it = |words: &str| words == part || part.strip_prefix("the ") == Some(words);
+    if let Some((_, times, by)) = SHARES.iter().find(|(words, ..)| is_it(words)) {
         return Some(match (times, by) {
             (1, 1) => WHOLE.to_owned(),
             (1, by) => format!("{WHOLE} / {by}"),

@@ -1,6 +1,7 @@
 //! Sentence templates: `pour [water|juice] from [the] {source} [in]to [the] {target}`.
 //!
-//! `(a|b)` is one of several, `[a]` may be left out, `{slot}` stands for a few words. A blank in a template
+//! `(a|b)` is one of several, `[a]` may be left out, `{slot}` stands for a few words, `{amount of capacity(o)}` for a part of
+//! what is named, and with `less filled(o)` for what of that is not there yet. A blank in a template
 //! stands for a blank in the sentence, so `[in]to` is `to` or `into`. Reading a sentence is linear in its
 //! length times the template's: every place of both is visited at most once.
 //!
@@ -22,6 +23,17 @@ pub struct Template {
     pub text: String,
     code: Vec<Op>,
     slots: Vec<String>,
+    /// What a slot is a part of, where the template says so.
+    wholes: Vec<Option<Whole>>,
+}
+
+/// What a part is taken of, as the language writes it, and what of that is there already.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Whole {
+    /// All of it.
+    pub all: String,
+    /// What is taken away from a part of it, if anything is.
+    pub less: Option<String>,
 }
 
 /// Why a text is no template.
@@ -64,8 +76,13 @@ impl Template {
     /// [`Wrong`]: a bracket that is not closed or not opened, a slot without a name or used twice, or no
     /// word at all.
     pub fn read(text: &str) -> Result<Self, Wrong> {
-        let mut reader =
-            Reader { rest: text.chars().peekable(), code: Vec::new(), slots: Vec::new(), words: 0 };
+        let mut reader = Reader {
+            rest: text.chars().peekable(),
+            code: Vec::new(),
+            slots: Vec::new(),
+            wholes: Vec::new(),
+            words: 0,
+        };
         reader.alternatives(None, 0)?;
         if reader.words == 0 {
             return Err(wrong(
@@ -73,12 +90,18 @@ impl Template {
                 "add the word that begins it",
             ));
         }
-        Ok(Self { text: text.to_owned(), code: reader.code, slots: reader.slots })
+        let Reader { code, slots, wholes, .. } = reader;
+        Ok(Self { text: text.to_owned(), code, slots, wholes })
     }
 
     /// Returns the names of its slots.
     pub fn slots(&self) -> &[String] {
         &self.slots
+    }
+
+    /// Returns what a slot is a part of, where the template says so.
+    pub fn whole(&self, slot: &str) -> Option<&Whole> {
+        self.wholes[self.slots.iter().position(|own| own == slot)?].as_ref()
     }
 
     /// Returns the words that each slot stands for, when the whole sentence fits: lower case, one blank
@@ -180,6 +203,7 @@ struct Reader<'t> {
     rest: Peekable<Chars<'t>>,
     code: Vec<Op>,
     slots: Vec<String>,
+    wholes: Vec<Option<Whole>>,
     words: usize,
 }
 
@@ -260,18 +284,27 @@ impl Reader<'_> {
     }
 
     fn slot(&mut self) -> Result<(), Wrong> {
-        let mut name = String::new();
+        let form = || wrong("a slot is the name of a parameter in braces", "write it as `{name}`");
+        let mut inside = String::new();
         loop {
             match self.rest.next() {
                 Some('}') => break,
-                Some(c) if c.is_alphanumeric() || c == '_' => name.push(c),
-                _ => {
-                    return Err(wrong(
-                        "a slot is the name of a parameter in braces",
-                        "write it as `{name}`",
-                    ));
-                }
+                Some(c) if c != '{' => inside.push(c),
+                _ => return Err(form()),
             }
+        }
+        let (name, whole) = match inside.split_once(" of ") {
+            None => (inside, None),
+            Some((name, all)) => {
+                let (all, less) = match all.split_once(" less ") {
+                    None => (all, None),
+                    Some((all, less)) => (all, Some(less.trim().to_owned())),
+                };
+                (name.to_owned(), Some(Whole { all: all.trim().to_owned(), less }))
+            }
+        };
+        if name.chars().any(|c| !c.is_alphanumeric() && c != '_') {
+            return Err(form());
         }
         if name.is_empty() {
             return Err(wrong("a slot has no name", "write it as `{name}`"));
@@ -283,6 +316,7 @@ impl Reader<'_> {
             ));
         }
         self.slots.push(name);
+        self.wholes.push(whole);
         let slot = self.slots.len() - 1;
         self.code.push(Op::Open(slot));
         // As few characters as do: what follows the slot is looked for first.
@@ -324,6 +358,15 @@ mod tests {
     }
 
     #[test]
+    fn a_slot_may_say_what_it_is_a_part_of() {
+        let template = Template::read("fill {o} {amount of capacity(o) less filled(o)}").unwrap();
+        assert_eq!(template.slots(), ["o", "amount"]);
+        let whole = template.whole("amount").unwrap();
+        assert_eq!((whole.all.as_str(), whole.less.as_deref()), ("capacity(o)", Some("filled(o)")));
+        assert_eq!(template.whole("o"), None);
+    }
+
+    #[test]
     fn what_is_no_template_says_why() {
         for text in [
             "pick (up {o}",
@@ -333,6 +376,7 @@ mod tests {
             "{}",
             "{o}",
             "{a} x {a}",
+            "{a b} x",
             "a } b",
             "",
             "[ ]",

@@ -1,0 +1,52 @@
+//! Two things told by one word: "swap the cups" is read as "swap the blue cup and the red cup", where there are two.
+
+use super::knowledge::{Knowledge, either};
+use super::resolve::{self, Found, Hindrance};
+
+/// Words before a plural, which it begins after.
+const BEFORE: &[&str] = &["the", "both", "two", "these", "those"];
+
+/// Returns the sentence with its plural told thing by thing; `None` where nothing in it is one, a hindrance where it is not of two.
+pub(super) fn pair(said: &str, with: &Knowledge<'_>) -> Option<Result<String, Hindrance>> {
+    let words: Vec<&str> = said.split(' ').collect();
+    (0..words.len()).find_map(|at| {
+        let begin = (0..at).rev().find(|k| BEFORE.contains(&words[*k])).map(|k| k + 1)?;
+        let (noun, found) = singulars(words[at]).find_map(|one| {
+            let looks = words[begin..at].iter().copied().chain([one]);
+            let found = resolve::objects(&looks.collect::<Vec<_>>().join(" "), None, "", with);
+            Some((one, found.ok()?))
+        })?;
+        let first = (0..begin).rev().take_while(|k| BEFORE.contains(&words[*k])).last()?;
+        Some(told(&found, noun).map(|both| {
+            let parts = words[..first].iter().copied().chain([both.as_str()]);
+            parts.chain(words[at + 1..].iter().copied()).collect::<Vec<_>>().join(" ")
+        }))
+    })
+}
+
+/// Returns what one of a plural may be called.
+fn singulars(word: &str) -> impl Iterator<Item = &str> {
+    let irregular = (word == "dice").then_some("die");
+    irregular.into_iter().chain(["s", "es"].into_iter().filter_map(|end| word.strip_suffix(end)))
+}
+
+/// Names two things one by one.
+fn told(found: &[Found], noun: &str) -> Result<String, Hindrance> {
+    match found {
+        [a, b] => Ok(format!("the {} and the {}", called(a, b), called(b, a))),
+        _ => {
+            let names: Vec<&str> = found.iter().map(|one| one.shown.as_str()).collect();
+            let (why, help) = match names.as_slice() {
+                [one] => (format!("only one {noun} is here: {one}"), "name two things"),
+                _ => (format!("more than two fit: {}", either(&names)), "say which two"),
+            };
+            // Further than a slot that takes a plural for a name.
+            Err(Hindrance { after: 1, ..Hindrance::new(why, Some(help.into())) })
+        }
+    }
+}
+
+/// What one is called that the other is not.
+fn called<'f>(one: &'f Found, other: &Found) -> &'f str {
+    if one.shown == other.shown { &one.value } else { &one.shown }
+}
