@@ -99,7 +99,7 @@ pub enum Unmeasured {
     #[error("neither a box nor a can has its outline; the better one is off by {0:.1} px")]
     Misfit(f64),
     /// A solid fits, and so do others: the standard deviation of a size, m.
-    #[error("this view does not tell its size, ± {:.0} mm on one side; take a photograph from another place", .0 * 1e3)]
+    #[error("this view does not tell its size, ± {:.0} mm on one side; take a picture from another place", .0 * 1e3)]
     Undetermined(f64),
     /// Nothing in the region stands out from what is around it.
     #[error("it cannot be cut out")]

@@ -61,6 +61,6 @@ pub(super) fn doc(args: &DocArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     if style.json {
         style.document(&json!({"name": name, "said": said}));
     }
-    style.say(said);
+    style.tell(&said);
     Ok(Exit::Yes)
 }

@@ -292,7 +292,7 @@ fn camera(cli: &Shared) -> Finding {
 
 fn scales(cli: &Shared) -> Finding {
     let Some(address) = cli.cell.scales_at.clone() else {
-        return Finding::new("scales", State::None, "none asked for");
+        return Finding::new("scales", State::None, "not connected; `--scales-at URL` names some");
     };
     match WebScales(address.clone()).weigh() {
         Some(_) => Finding::new("scales", State::Well, address.to_string()),
@@ -308,7 +308,7 @@ fn model(cli: &Shared) -> Result<Finding, Failure> {
     let base = match (&cli.cell.ask_endpoint, said) {
         (Some(base), _) => base.clone(),
         (None, None) => {
-            let says = format!("none asked for; `{MODEL}` or `--ask-endpoint` names one");
+            let says = format!("not connected; `--ask-endpoint URL` or `{MODEL}` names one");
             return Ok(Finding::new("model", State::None, says));
         }
         (None, Some(said)) => match said.parse::<Address>() {

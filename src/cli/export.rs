@@ -94,7 +94,7 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
         put(path, &film)?;
     }
     if written.is_empty() {
-        return Err(Failure::input("usage", "`export` is not told what to write")
+        return Err(Failure::input("usage", "no file to write is named")
             .help("`trueup export RUN --mp4 run.mp4`, `--rrd run.rrd`, `--mcap run.mcap` or `--csv run.csv`"));
     }
     if style.json {

@@ -64,7 +64,7 @@ pub(super) enum Pace {
 /// What a command works with.
 #[derive(Debug, Clone, Args)]
 pub(super) struct CellArgs {
-    /// The arm: `lab`, the embedded reality, `twin`, the simulation alone, `kortex://USER@HOST[:PORT]`, a Gen3, with
+    /// The arm: `lab`, the built-in simulated laboratory, `twin`, the simulation alone, `kortex://USER@HOST[:PORT]`, a Gen3, with
     /// its password in `KORTEX_PASSWORD`, or `bridge://HOST:PORT`, a simulator or robot of your own.
     #[arg(long, global = true, help_heading = ARM, default_value = "lab")]
     pub(super) robot: String,

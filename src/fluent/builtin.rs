@@ -453,7 +453,7 @@ pub(super) fn limit(
 }
 
 fn from_fact(expr: &Expr, fact: super::Fact) -> Reading {
-    let why = Some("nobody knows".to_owned());
+    let why = Some("not known".to_owned());
     let mut reading = Reading::plain(expr, fact.truth, why);
     if let Some(margin) = fact.margin.filter(|m| m.value.is_finite()) {
         reading.margin = Some(margin);

@@ -39,7 +39,7 @@ impl Session<'_, '_> {
         let done = match word {
             "quit" | "q" | "exit" => return Next::Quit,
             "help" | "h" => {
-                self.style.say(help());
+                self.style.tell(&help());
                 Ok(())
             }
             "objects" => self.objects(),

@@ -10,7 +10,7 @@ use rustyline::history::SearchDirection;
 use rustyline::validate::{ValidationContext, ValidationResult, Validator};
 use rustyline::{Context, Result};
 
-use crate::language::assist::{self, Place};
+use crate::language::assist::{self, CompletionKind, Place};
 use crate::language::script_words::words_of;
 use crate::language::{Library, Scope};
 use crate::report::Style;
@@ -84,7 +84,15 @@ impl Helper {
         let start = before[from..].rfind(|c| !is_name(c)).map_or(from, |at| {
             from + at + before[from + at..].chars().next().map_or(1, char::len_utf8)
         });
-        let pairs = assist::complete(&place).into_iter().map(|offer| {
+        let mut offers = assist::complete(&place);
+        if start == 0 && pos > 0 && offers.is_empty() {
+            // A question may stand alone here, as it may behind `check`.
+            let text = format!("check {text}");
+            let at = place.at + text.len() - line.len();
+            offers = assist::complete(&Place { text: &text, at, ..place });
+            offers.retain(|offer| offer.kind == CompletionKind::Fluent);
+        }
+        let pairs = offers.into_iter().map(|offer| {
             let doc = offer.doc.lines().next().unwrap_or_default().trim();
             let detail = if offer.detail.is_empty() { &offer.label } else { &offer.detail };
             let display = if doc.is_empty() { detail.clone() } else { format!("{detail}   {doc}") };
@@ -115,7 +123,8 @@ impl Hinter for Helper {
     type Hint = String;
 
     fn hint(&self, line: &str, pos: usize, context: &Context<'_>) -> Option<String> {
-        if line.is_empty() || pos < line.len() {
+        // Without colour it could not be told from what was typed.
+        if !self.colour || line.is_empty() || pos < line.len() {
             return None;
         }
         // A call that has just been opened shows what it takes; otherwise the last line like it.
@@ -174,6 +183,7 @@ mod tests {
     #[test]
     fn calls_objects_and_commands_are_completed_where_they_fit() {
         assert_eq!(offered("po"), (0, vec!["pour(".into()]));
+        assert_eq!(offered("vis"), (0, vec!["visible(".into()]));
         let (start, found) = offered("pour(ja");
         assert_eq!((start, found), (5, vec!["jar".to_owned()]));
         // A container is wanted, and the table is none.
@@ -203,6 +213,15 @@ mod tests {
         assert!(pairs[0].display.starts_with("pour(source: Container, "), "{}", pairs[0].display);
         let rest = helper().signature("pick(").unwrap();
         assert_eq!(rest, "o: Graspable)");
+    }
+
+    #[test]
+    fn without_colour_nothing_is_shown_behind_what_was_typed() {
+        let history = rustyline::history::DefaultHistory::new();
+        let context = Context::new(&history);
+        assert_eq!(helper().hint("pick(", 5, &context), None);
+        let coloured = Helper { colour: true, ..helper() };
+        assert_eq!(coloured.hint("pick(", 5, &context).as_deref(), Some("o: Graspable)"));
     }
 
     #[test]

@@ -115,7 +115,9 @@ struct Session<'scope, 'env> {
     scope: language::Scope,
     style: Style,
     hands: Hands<'env>,
-    last: Option<Last>,
+    last: Option<Box<Run>>,
+    /// Why the last call was not carried out, if it was not.
+    refused: Option<Failure>,
     /// Folders of the runs of this session, the oldest first.
     runs: Vec<PathBuf>,
     /// The calls that were carried out, as typed, names filled in.
@@ -140,14 +142,6 @@ struct Session<'scope, 'env> {
     last_word: f64,
     /// The worst that came of a line: what a pipe ends with.
     worst: Cell<u8>,
-}
-
-/// What came of the last call.
-enum Last {
-    /// It was carried out, well or not.
-    Run(Box<Run>),
-    /// Nothing was done, and why.
-    Failure(Failure),
 }
 
 /// Whether the loop goes on.
@@ -223,6 +217,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             style,
             hands,
             last: None,
+            refused: None,
             runs: Vec::new(),
             done: Vec::new(),
             values: Values::default(),
@@ -441,11 +436,11 @@ impl<'scope, 'env> Session<'scope, 'env> {
 
     fn tell_it(&self) {
         let object = self.values.it().map_or_else(String::new, |it| format!("it is {it}"));
-        let told = match &self.last {
-            Some(Last::Run(run)) => report::run::ending(run, self.style),
-            Some(Last::Failure(failure)) => failure.message.clone(),
-            None if object.is_empty() => "nothing has run yet".to_owned(),
-            None => String::new(),
+        let told = match (&self.refused, &self.last) {
+            (Some(failure), _) => failure.message.clone(),
+            (None, Some(run)) => report::run::ending(run, self.style),
+            (None, None) if object.is_empty() => "nothing has run yet".to_owned(),
+            (None, None) => String::new(),
         };
         let lines = [told, object];
         let lines: Vec<&str> = lines.iter().map(String::as_str).filter(|l| !l.is_empty()).collect();
@@ -505,11 +500,12 @@ impl<'scope, 'env> Session<'scope, 'env> {
                 self.worsen(exit::ended(&run) as u8);
                 self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
                 self.done.push(meant.to_owned());
-                self.last = Some(Last::Run(Box::new(run)));
+                self.last = Some(Box::new(run));
+                self.refused = None;
             }
             Err(failure) => {
                 self.fail(&failure);
-                self.last = Some(Last::Failure(failure));
+                self.refused = Some(failure);
             }
         }
         self.look_for_fault(is_fault);
@@ -518,7 +514,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
     fn tell_about(&self, name: &str) {
         let library = &self.library;
         if let Some(text) = language::assist::describe(library, &self.scope, name) {
-            return self.style.say(text);
+            return self.style.tell(&text);
         }
         let failure = match name {
             "" => Failure::input("repl::unknown", "`?` takes a name, such as `?pour`"),

@@ -7,7 +7,7 @@ use crate::report::{self, Failure, kept};
 use crate::workcell::Run;
 use crate::workcell::archive::{self, Entry};
 
-use super::{Last, Session};
+use super::Session;
 
 /// How many runs `:runs` shows.
 const MOST: usize = 20;
@@ -60,7 +60,7 @@ impl Session<'_, '_> {
             )
         })?;
         let run = match (&self.last, self.entries().last()) {
-            (Some(Last::Run(run)), _) => (**run).clone(),
+            (Some(run), _) => (**run).clone(),
             (_, Some(newest)) => {
                 let mut run = self.load(newest)?;
                 // Where it is now, wherever it was made.
@@ -133,13 +133,16 @@ impl Session<'_, '_> {
     /// no run spoke of is read now.
     pub(super) fn why(&mut self, fluent: &str) -> Result<(), Failure> {
         let fluent = (!fluent.is_empty()).then_some(fluent);
-        if let (Some(Last::Failure(failure)), None) = (&self.last, fluent) {
+        if let (Some(failure), None) = (&self.refused, fluent) {
             self.style.failure(failure);
-            return Ok(());
+            if self.last.is_none() {
+                return Ok(());
+            }
+            self.style.say("the run before:");
         }
         let entries = archive::entries(self.hands.record);
         let (run, number) = match &self.last {
-            Some(Last::Run(run)) => {
+            Some(run) => {
                 let dir = run.run_dir.as_deref().map(Path::new);
                 let entry = entries.iter().find(|entry| dir == Some(entry.dir.as_path()));
                 (Some((**run).clone()), entry.map(|entry| entry.number))
@@ -169,7 +172,7 @@ impl Session<'_, '_> {
         let asked =
             report::why::Question { run: &run, number, fluent, earlier: &earlier, place: &place };
         match (report::why::why(&asked), fluent) {
-            (Ok(told), _) => self.style.say(told),
+            (Ok(told), _) => self.style.tell(&told),
             (Err(failure), Some(condition)) if condition.contains('(') => {
                 self.style.say(format!("{}; now:", failure.message));
                 self.now(condition)?;

@@ -20,7 +20,7 @@ use crate::workcell::check::check_step;
 use crate::workcell::{Run, archive};
 
 use super::line_source::Typed;
-use super::{Last, Next, Session};
+use super::{Next, Session};
 
 /// How often a wish to stop is looked for while a word is waited for.
 const LOOK: Duration = Duration::from_millis(20);
@@ -283,7 +283,7 @@ impl Session<'_, '_> {
     /// its end.
     pub(super) fn back(&mut self, step: &str) -> Result<(), Failure> {
         let run = match (&self.last, archive::entries(self.hands.record).last()) {
-            (Some(Last::Run(run)), _) => (**run).clone(),
+            (Some(run), _) => (**run).clone(),
             (_, Some(newest)) => self.load(newest)?,
             (_, None) => {
                 return Err(Failure::input("repl::back", "nothing has run yet")

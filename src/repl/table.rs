@@ -38,7 +38,7 @@ pub(super) const COMMANDS: &[Command] = &[
         "the And-Or graph of a call; --energy [RUN]: how well a run fits its own",
     ),
     command("look", "", "take a new camera image"),
-    command("align", "", "fit the three regressions anew"),
+    command("align", "", "calibrate camera and arm anew: the three regressions"),
     command("step", "CALL|FILE|RUN", "a call step by step; over a run that is kept, nothing moves"),
     command(
         "break",
@@ -62,7 +62,7 @@ pub(super) const COMMANDS: &[Command] = &[
     command("twin", "", "lines from now on are for the twin alone, as things stand now"),
     command("real", "", "lines from now on move the robot again"),
     command("reset", "", "a fresh laboratory: things stand and are filled as at the start"),
-    command("seed", "[N]", "the number all chance comes from; another one from now on"),
+    command("seed", "[N]", "the number that all chance comes from; N sets another"),
     command("confirm", "all|risky|none", "when to ask before acting"),
     command("phrase", "\"…\" = CALL", "teach a sentence"),
     command("set", "NAME VALUE", "a setting (confirm, seed), or a name for a value"),

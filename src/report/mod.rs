@@ -11,6 +11,7 @@ pub mod energy;
 pub mod exit;
 pub mod export;
 mod failure;
+mod folded;
 pub mod film;
 pub mod fork;
 pub mod gap;
@@ -85,15 +86,25 @@ impl Style {
         }
     }
 
-    /// Whether the environment asks for no colour: `NO_COLOR` is set.
+    /// Whether the environment asks for no colour: `NO_COLOR` is set, or the terminal knows none.
     pub fn is_plain() -> bool {
         std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
+            || std::env::var_os("TERM").is_some_and(|value| value == "dumb")
     }
 
     /// Prints a line on stdout for people; nothing in JSON mode.
     pub fn say(self, line: impl AsRef<str>) {
         if !self.json {
             out(line.as_ref());
+        }
+    }
+
+    /// Prints lines on stdout for people, folded where a terminal would cut them.
+    pub fn tell(self, text: &str) {
+        if self.bars {
+            self.say(folded::folded(text));
+        } else {
+            self.say(text);
         }
     }
 
@@ -141,7 +152,7 @@ impl Style {
         if let Some(help) = &failure.help {
             let _ = write!(text, "\nhelp: {}", visible(help));
         }
-        complain(&text);
+        complain(&if self.bars { folded::folded(&text) } else { text });
     }
 
     /// Prints on stderr for people, unless asked to be quiet.

@@ -21,7 +21,7 @@ use super::{Style, complain, shown, trials, vqa};
 pub fn matching(matching: &Matching) -> String {
     let told = |factor: Option<f64>| factor.map_or("unknown".to_owned(), |p| format!("{p:.3}"));
     format!(
-        "match (Eq. 1, within {:.0} mm): camera {} × scene {} × robot {} = {}",
+        "match within {:.0} mm: camera {} × scene {} × robot {} = {}",
         matching.room_m * 1e3,
         told(matching.camera.map(|factor| factor.probability)),
         told(matching.scene),

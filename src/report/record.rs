@@ -13,27 +13,22 @@ use super::{Failure, Style};
 /// How many margins that moved are told of two runs.
 const MOST_MOVED: usize = 5;
 
-/// Words a list of runs, those that cannot be read among them.
+/// Words a list of runs, those that cannot be read among them. The task stands last, since it may be long.
 pub fn list(runs: &[(Entry, Option<Run>)]) -> String {
+    let wide = runs.iter().map(|(entry, _)| entry.name.chars().count()).max().unwrap_or(0).max(6);
     let mut text = format!(
-        "{:>4}  {:<32} {:<26} {:<8} {:>5}  twin agrees",
-        "run", "folder", "task", "ended", "steps"
+        "{:>4}  {:<wide$}  {:<11}  {:>5}  {:>11}  task",
+        "run", "folder", "ended", "steps", "twin agrees"
     );
     for (entry, run) in runs {
+        let _ = write!(text, "\n{:>4}  {:<wide$}  ", entry.number, entry.name);
         let _ = match run {
-            None => write!(text, "\n{:>4}  {:<32} cannot be read", entry.number, entry.name),
+            None => write!(text, "cannot be read"),
             Some(run) => {
+                let (ended, of) = (ended(standing(&entry.dir, run)), run.steps.len());
                 let agree = run.steps.iter().filter(|step| step.hamming == 0).count();
-                write!(
-                    text,
-                    "\n{:>4}  {:<32} {:<26} {:<8} {:>5}  after {agree} of {}",
-                    entry.number,
-                    entry.name,
-                    run.task,
-                    ended(standing(&entry.dir, run)),
-                    run.steps.len(),
-                    run.steps.len()
-                )
+                let agree = format!("{agree} of {of}");
+                write!(text, "{ended:<11}  {of:>5}  {agree:>11}  {}", run.task)
             }
         };
     }
@@ -139,7 +134,7 @@ pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<
         format!("run {number}: {} {ended}, {} steps", run.task, run.steps.len())
     };
     let heads = [head(a, first), head(b, second)];
-    let mut lines = branches(first, second);
+    let mut lines = branches((a, first), (b, second));
     lines.extend(alone((a, first), second));
     lines.extend(alone((b, second), first));
     let mut moved = Vec::new();
@@ -200,13 +195,13 @@ fn shift(row: &FluentRow, there: &FluentRow) -> Option<f64> {
     is_news.then(|| by / size)
 }
 
-fn branches(first: &Run, second: &Run) -> Vec<String> {
+fn branches((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<String> {
     let (Some(one), Some(other)) = (first.parse_graphs.last(), second.parse_graphs.last()) else {
         return Vec::new();
     };
     let each = one.choices.iter().filter_map(|choice| {
         let there = other.branch(&choice.node).filter(|there| *there != choice.branch)?;
-        Some(format!("branch at {}: {} and {there}", choice.node, choice.branch))
+        Some(format!("at {}: {} in run {a}, {there} in run {b}", choice.node, choice.branch))
     });
     each.collect()
 }

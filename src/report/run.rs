@@ -168,12 +168,15 @@ fn line(record: &StepRecord, style: Style) -> String {
     text
 }
 
-/// Words one step: its line, and those of its fluents that are news after the fluents `before` it, with Eq. 8 of the
-/// paper. `run.json` keeps them all.
+/// Words one step: its line, and those of its fluents that are news after the fluents `before` it; Eq. 8 of the
+/// paper where a person wants all numbers. `run.json` keeps them all.
 pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
     let (same, known) = compared(record);
-    let mut text =
-        head(record, &format!("agree on {same} of {known} (P {:.2})", record.score), style);
+    let mut told = format!("agree on {same} of {known}");
+    if style.verbose {
+        let _ = write!(told, " (P {:.2})", record.score);
+    }
+    let mut text = head(record, &told, style);
     text += &below(record, style);
     text += &table(record.fluents.iter().filter(|row| is_news(row, before)), style);
     text

@@ -18,7 +18,7 @@ pub fn told(meaning: &Meaning) -> String {
         Meaning::Asked { line, .. } => format!("= {line}"),
         Meaning::Impossible { why, help } => {
             let help = help.as_ref().map(|help| format!("\n  {help}")).unwrap_or_default();
-            format!("that cannot be done: {why}{help}")
+            format!("not possible: {why}{help}")
         }
         Meaning::Unknown { help } => format!("no task has a sentence like it\n  {help}"),
     }

@@ -265,7 +265,7 @@ const SAID: &[(&str, &str)] = &[
     ("exchange the two cups please", "swap(red, blue)"),
     ("swap the dice", "! only one die is here: white die"),
     ("swap the vessels", "! more than two fit: transparent jar, red cup or blue cup"),
-    ("put the vessel on the tray", "? which vessel: transparent jar, red cup or blue cup?"),
+    ("pick up the vessel", "? which vessel: transparent jar, red cup or blue cup?"),
     ("clear the tray", "clear(tray)"),
     ("put everything on the tray", "collect(tray)"),
     ("take out the die", "unstack(die)"),

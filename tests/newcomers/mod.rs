@@ -41,6 +41,7 @@ const TERMS: &[&str] = &[
     "offset",
     "parse graph",
     "precondition",
+    "prior",
     "probability",
     "regression",
     "residual",

@@ -13,6 +13,7 @@ use super::super::parse::parse_line;
 use super::super::text;
 use super::knowledge::{Knowledge, Phrase, Thing, either};
 use super::resolve::{self, Found, Hindrance};
+use super::share::WHOLE;
 use super::template::{Template, Whole};
 use super::{Understood, relation, shift};
 
@@ -128,11 +129,11 @@ fn of_a_whole(
     let known: BTreeMap<String, String> =
         way.iter().map(|(slot, _, value)| (slot.clone(), value.clone())).collect();
     for (slot, said, value) in way {
-        if !value.contains(resolve::WHOLE) {
+        if !value.contains(WHOLE) {
             continue;
         }
         if let Some(Whole { all, less }) = template.whole(slot) {
-            *value = value.replace(resolve::WHOLE, &named(all, &known));
+            *value = value.replace(WHOLE, &named(all, &known));
             if let Some(less) = less {
                 *value = format!("{value} - {}", named(less, &known));
             }
@@ -143,7 +144,7 @@ fn of_a_whole(
             let why = format!("\"{said}\" needs a whole, and `{slot}` has none");
             return Err(Hindrance::new(why, Some("say a number with its unit".into())));
         };
-        *value = value.replace(resolve::WHOLE, &named(&text::expr(whole), &known));
+        *value = value.replace(WHOLE, &named(&text::expr(whole), &known));
     }
     Ok(())
 }

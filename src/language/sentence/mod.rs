@@ -16,6 +16,7 @@ mod question;
 mod relation;
 mod resolve;
 mod sequence;
+mod share;
 mod shift;
 mod template;
 

@@ -4,6 +4,7 @@ use super::super::builtins::{self, Ty};
 use super::super::library::Library;
 use super::super::text;
 use super::knowledge::{Knowledge, Thing, either};
+use super::share::share;
 use crate::units::{Dimension, Unit, suggest_unit};
 
 /// Words that may stand before the name of a thing and say nothing about which.
@@ -15,32 +16,9 @@ const ANYTHING: &[&str] = &["one", "thing", "object", "item"];
 /// Words for what was named before.
 const PRONOUNS: &[&str] = &["it", "that", "this", "that one", "this one"];
 
-/// Parts of a whole, as people say them, and what they are multiplied with and divided by.
-const SHARES: &[(&str, u8, u8)] = &[
-    ("all", 1, 1),
-    ("everything", 1, 1),
-    ("the rest", 1, 1),
-    ("half", 1, 2),
-    ("halfway", 1, 2),
-    ("half way", 1, 2),
-    ("one half", 1, 2),
-    ("a half", 1, 2),
-    ("third", 1, 3),
-    ("one third", 1, 3),
-    ("a third", 1, 3),
-    ("two thirds", 2, 3),
-    ("quarter", 1, 4),
-    ("one quarter", 1, 4),
-    ("a quarter", 1, 4),
-    ("three quarters", 3, 4),
-];
-
-/// What stands for the whole in the value of a part of it, until it is known of what.
-pub(super) const WHOLE: &str = "WHOLE";
-
 /// One thing that words may mean.
 pub(super) struct Found {
-    /// As the language writes it; of a part of something, with [`WHOLE`] for all of it.
+    /// As the language writes it; of a part of something, with [`super::share::WHOLE`] for all of it.
     pub(super) value: String,
     /// As a person would.
     pub(super) shown: String,
@@ -201,23 +179,6 @@ fn list(kind: &str, library: &Library, things: &[Thing]) -> Option<String> {
     let fitting: Vec<&str> =
         things.iter().filter(|t| library.is_a(&t.kind, kind)).map(Thing::shown).collect();
     (!fitting.is_empty()).then(|| format!("what fits here: {}", fitting.join(", ")))
-}
-
-/// `half`, `two thirds`, `25 %`: a part of [`WHOLE`].
-fn share(said: &str) -> Option<String> {
-    let part = said.trim_end_matches(" of it").trim_end_matches(" full");
-    let part = part.trim_start_matches("to ");
-    let is_it = |words: &str| words == part || part.strip_prefix("the ") == Some(words);
-    if let Some((_, times, by)) = SHARES.iter().find(|(words, ..)| is_it(words)) {
-        return Some(match (times, by) {
-            (1, 1) => WHOLE.to_owned(),
-            (1, by) => format!("{WHOLE} / {by}"),
-            (times, by) => format!("{times} * {WHOLE} / {by}"),
-        });
-    }
-    let number = ["%", "percent", "per cent"].iter().find_map(|word| part.strip_suffix(word))?;
-    let percent = number.trim().parse::<f64>().ok().filter(|p| *p > 0.0 && *p <= 100.0)?;
-    Some(format!("{} * {WHOLE}", text::quantity(crate::units::Quantity::number(percent / 100.0))))
 }
 
 /// `60 ml`, `60 millilitres`, `12 cm`.

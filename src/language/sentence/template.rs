@@ -11,10 +11,15 @@ use std::collections::BTreeMap;
 use std::iter::Peekable;
 use std::str::Chars;
 
+use super::share::is_share;
+
 /// Brackets inside brackets beyond this are refused.
 const MAX_DEPTH: usize = 8;
 /// The most words that one slot stands for: "between the red cube and the green one" and two to spare.
 const MAX_WORDS: usize = 10;
+
+/// So many words tell a part at most: "to three quarters of it full".
+const SHARE_WORDS: usize = 6;
 
 /// A sentence with blanks to fill in.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -138,6 +143,9 @@ impl Template {
                     open.push((*first, pos, slots));
                 }
                 Op::Jump(to) => open.push((*to, pos, slots)),
+                // A part begins with the words of one, so that it is told from the thing before it.
+                Op::Open(slot)
+                    if self.wholes[*slot].is_some() && !begins_with_share(&chars[pos..]) => {}
                 Op::Open(slot) if after_blank && chars.get(pos).is_some_and(|c| *c != ' ') => {
                     let mut slots = slots;
                     slots[*slot] = Some((pos, pos));
@@ -149,7 +157,9 @@ impl Template {
                     let from = slots[*slot].map_or(pos, |(from, _)| from);
                     let ends = pos == chars.len() || chars[pos] == ' ';
                     let words = chars[from..pos].iter().filter(|c| **c == ' ').count() + 1;
-                    if ends && pos > from && words <= MAX_WORDS {
+                    let is_share = || is_share(&chars[from..pos].iter().collect::<String>());
+                    let fits = self.wholes[*slot].is_none() || is_share();
+                    if ends && pos > from && words <= MAX_WORDS && fits {
                         slots[*slot] = Some((from, pos));
                         open.push((at + 1, pos, slots));
                     }
@@ -193,6 +203,13 @@ impl Template {
         }
         out.split_whitespace().collect::<Vec<_>>().join(" ")
     }
+}
+
+/// Whether words that may be a part, such as "two thirds" or "50 per cent full", begin a text.
+fn begins_with_share(chars: &[char]) -> bool {
+    let text: String = chars.iter().collect();
+    let ends = text.match_indices(' ').map(|(at, _)| at).chain([text.len()]);
+    ends.take(SHARE_WORDS).any(|end| is_share(&text[..end]))
 }
 
 fn wrong(message: impl Into<String>, help: impl Into<String>) -> Wrong {
@@ -364,6 +381,9 @@ mod tests {
         let whole = template.whole("amount").unwrap();
         assert_eq!((whole.all.as_str(), whole.less.as_deref()), ("capacity(o)", Some("filled(o)")));
         assert_eq!(template.whole("o"), None);
+        let found = template.fit("fill red cup half full", Reach::Short).unwrap();
+        assert_eq!((&*found["o"], &*found["amount"]), ("red cup", "half full"));
+        assert_eq!(template.fit("fill red cup please", Reach::Short), None);
     }
 
     #[test]

@@ -40,6 +40,10 @@ fn the_cascaded_tanks_overflow() {
         finding.effects.iter().any(|e| e.name == "overflow" && e.at == "upper"),
         "{finding:#?}"
     );
+    // What is spilt is seen where it goes to: the upper level is not measured.
+    let spilt =
+        outcome.whys.iter().find(|why| why.name == "overflow" && why.at == "upper").unwrap();
+    assert_eq!((spilt.channel.as_str(), spilt.state.as_str()), ("lower'", "upper"));
     // Published with a physical overflow: 0.18 V; the linear approximation 0.75 V. The spread is 2.17 V.
     assert!(finding.gap.after.heldout * 2.17 < 0.30, "{:?}", finding.gap);
 }

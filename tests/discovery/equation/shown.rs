@@ -4,8 +4,8 @@ use trueup::discovery::Why;
 use trueup::discovery::equation::Outcome;
 use trueup::discovery::finding::Verdict;
 
+use super::ask;
 use super::planted::{CART, cart};
-use super::{ask, record, wiggle};
 
 /// The only plot of an effect.
 #[track_caller]
@@ -60,32 +60,4 @@ fn a_dead_zone_is_shown_over_the_input() {
     assert_eq!((why.channel.as_str(), why.state.as_str()), ("v'", "u"));
     let part = missed(why, |u| -2.0 * u.clamp(-0.3, 0.3));
     assert!(part < 0.4, "{part}");
-}
-
-/// The upper tank is not measured: what it spills into the lower one is.
-#[test]
-fn what_a_hidden_tank_spills_is_shown_in_the_one_below() {
-    let made = |seed: u32| {
-        record(
-            600,
-            1.0,
-            seed,
-            5e-3,
-            &[2.0, 2.0],
-            |_, u, x| {
-                let through = 0.2 * x[0].max(0.0).sqrt();
-                let rate = 0.3 * u - through;
-                let over = if x[0] >= 4.0 { rate.max(0.0) } else { 0.0 };
-                vec![rate - over, through + over - 0.2 * x[1].max(0.0).sqrt()]
-            },
-            |_, x| x[1],
-            |t| 1.2 + 0.6 * wiggle(0.02 * t, f64::from(seed)),
-        )
-    };
-    let model = "model tanks {\n    input u\n    param a = free ~ 0.3, b = free ~ 0.2, c = free ~ 0.2\n    \
-                 state upper = free ~ 2, lower = free\n    upper' = a*u - b*sqrt(upper)\n    \
-                 lower' = b*sqrt(upper) - c*sqrt(lower)\n    output y = lower\n}\n";
-    let outcome = ask(model, &[made(1), made(2)]).unwrap();
-    let why = shown(&outcome, "overflow");
-    assert_eq!((why.channel.as_str(), why.state.as_str()), ("lower'", "upper"), "{why:?}");
 }
