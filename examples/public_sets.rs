@@ -47,7 +47,10 @@ fn main() -> Result<(), Box<dyn Error>> {
                 &table,
                 Some(true),
                 Distortion::K1K2,
-                &[832.5, 832.53, 303.959, 206.585, 0.204_494, -0.228_601, 0.190_353, 0.0, 0.0, 0.0],
+                &[
+                    832.5, 832.53, 303.959, 206.585, 0.204_494, -0.228_601, 0.190_353, 0.0, 0.0,
+                    0.0, 0.0,
+                ],
                 "published",
                 0.335,
             )?,
@@ -57,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 Distortion::K1K2P1P2K3,
                 &[
                     532.827, 532.946, 342.487, 233.856, 0.0, -0.280_88, 0.025_18, 0.001_22,
-                    -0.000_14, 0.163_44,
+                    -0.000_14, 0.163_44, 0.0,
                 ],
                 "cv2",
                 0.195_42,
@@ -122,7 +125,7 @@ fn show_camera(
     let fit =
         calibrate(&read_views(table, None)?, &Options { skew, distortion, ..Options::default() })?;
     let k = fit.intrinsics;
-    let ours = [k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2, k.p1, k.p2, k.k3];
+    let ours = [k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2, k.p1, k.p2, k.k3, k.k4];
     println!("{:>10} {:>12} {:>12} {:>10}", "", whose, "ours", "±");
     for (i, name) in NAMES.iter().enumerate() {
         println!("{name:>10} {:>12.5} {:>12.5} {:>10.5}", published[i], ours[i], fit.std[i]);

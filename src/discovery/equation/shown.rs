@@ -6,7 +6,7 @@
 //! span, with the weights of a B-spline, so that nothing measured is differentiated. The same weights average what the effect
 //! adds and the states. Where no rate that is measured shows it, the model is run without it from the same first values.
 //!
-//! Source: Larsen and McCleary, "The Use of Partial Residual Plots in Regression Analysis", 1972; Messenger and Bortz, "Weak
+//! Source: Larsen and `McCleary`, "The Use of Partial Residual Plots in Regression Analysis", 1972; Messenger and Bortz, "Weak
 //! `SINDy`", 2021, for integrals instead of derivatives.
 
 use std::ops::Range;

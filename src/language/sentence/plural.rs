@@ -32,18 +32,16 @@ fn singulars(word: &str) -> impl Iterator<Item = &str> {
 
 /// Names two things one by one.
 fn told(found: &[Found], noun: &str) -> Result<String, Hindrance> {
-    match found {
-        [a, b] => Ok(format!("the {} and the {}", called(a, b), called(b, a))),
-        _ => {
-            let names: Vec<&str> = found.iter().map(|one| one.shown.as_str()).collect();
-            let (why, help) = match names.as_slice() {
-                [one] => (format!("only one {noun} is here: {one}"), "name two things"),
-                _ => (format!("more than two fit: {}", either(&names)), "say which two"),
-            };
-            // Further than a slot that takes a plural for a name.
-            Err(Hindrance { after: 1, ..Hindrance::new(why, Some(help.into())) })
-        }
+    if let [a, b] = found {
+        return Ok(format!("the {} and the {}", called(a, b), called(b, a)));
     }
+    let names: Vec<&str> = found.iter().map(|one| one.shown.as_str()).collect();
+    let (why, help) = match names.as_slice() {
+        [one] => (format!("only one {noun} is here: {one}"), "name two things"),
+        _ => (format!("more than two fit: {}", either(&names)), "say which two"),
+    };
+    // Further than a slot that takes a plural for a name.
+    Err(Hindrance { after: 1, ..Hindrance::new(why, Some(help.into())) })
 }
 
 /// What one is called that the other is not.
