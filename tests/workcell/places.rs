@@ -93,7 +93,11 @@ fn everything_is_collected_and_cleared_again() {
 
 #[test]
 fn a_place_that_is_taken_is_named() {
-    let mut cell = WorkCell::open(cubes()).unwrap();
+    let mut options = cubes();
+    // Between a cube and the tray are 4 cm, and the other cube has 6.
+    let near = Spot { x_m: 0.6, y_m: -0.15, yaw_rad: 0.2 };
+    options.lab.placement.fixed.insert("b".into(), near);
+    let mut cell = WorkCell::open(options).unwrap();
     let source = Source::new("a line", "put(a, at: between(b, tray))");
     let (step, _) = parse_line(&source.text);
     let call = cell.define(&source, &[step.unwrap()]);

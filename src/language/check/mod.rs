@@ -218,6 +218,8 @@ impl<'a> Checker<'a> {
         let Text { text, span } = text;
         for rest in text.split('{').skip(1) {
             let slot = rest.split('}').next().unwrap_or_default();
+            // A part says what it is a part of: `{amount of capacity(o)}`.
+            let slot = slot.split_once(" of ").map_or(slot, |(name, _)| name);
             if !params.iter().any(|param| param.name.text == slot) {
                 let known: Vec<&str> = params.iter().map(|p| p.name.text.as_str()).collect();
                 let found = Diagnostic::error(

@@ -202,14 +202,18 @@ fn one(said: &str, with: &Knowledge<'_>) -> Meaning {
     if let Some(meaning) = read(said, with, &mut hindrances) {
         return meaning;
     }
-    match plural::pair(said, with) {
-        Some(Ok(both)) => {
-            if let Some(meaning) = read(&both, with, &mut hindrances) {
-                return meaning;
-            }
+    if let Some((both, not_two)) = plural::pair(said, with) {
+        let mut of_both = Vec::new();
+        let meaning = read(&both, with, &mut of_both);
+        match not_two {
+            None => match meaning {
+                Some(meaning) => return meaning,
+                None => hindrances.extend(of_both),
+            },
+            // It hinders only what would be understood of two.
+            Some(why) if meaning.is_some() || !of_both.is_empty() => hindrances.push(why),
+            Some(_) => {}
         }
-        Some(Err(hindrance)) => hindrances.push(hindrance),
-        None => {}
     }
     match hindrances.into_iter().rev().max_by_key(|hindrance| hindrance.after) {
         Some(Hindrance { why, help, .. }) => Meaning::Impossible { why, help },

@@ -6,8 +6,9 @@ use super::resolve::{self, Found, Hindrance};
 /// Words before a plural, which it begins after.
 const BEFORE: &[&str] = &["the", "both", "two", "these", "those"];
 
-/// Returns the sentence with its plural told thing by thing; `None` where nothing in it is one, a hindrance where it is not of two.
-pub(super) fn pair(said: &str, with: &Knowledge<'_>) -> Option<Result<String, Hindrance>> {
+/// Returns the sentence with its plural told thing by thing, and what hinders that where it is not of two; `None` where nothing in
+/// it is a plural.
+pub(super) fn pair(said: &str, with: &Knowledge<'_>) -> Option<(String, Option<Hindrance>)> {
     let words: Vec<&str> = said.split(' ').collect();
     (0..words.len()).find_map(|at| {
         let begin = (0..at).rev().find(|k| BEFORE.contains(&words[*k])).map(|k| k + 1)?;
@@ -17,10 +18,10 @@ pub(super) fn pair(said: &str, with: &Knowledge<'_>) -> Option<Result<String, Hi
             Some((one, found.ok()?))
         })?;
         let first = (0..begin).rev().take_while(|k| BEFORE.contains(&words[*k])).last()?;
-        Some(told(&found, noun).map(|both| {
-            let parts = words[..first].iter().copied().chain([both.as_str()]);
-            parts.chain(words[at + 1..].iter().copied()).collect::<Vec<_>>().join(" ")
-        }))
+        let (both, hindrance) = told(&found, noun)?;
+        let parts = words[..first].iter().copied().chain([both.as_str()]);
+        let parts: Vec<&str> = parts.chain(words[at + 1..].iter().copied()).collect();
+        Some((parts.join(" "), hindrance))
     })
 }
 
@@ -30,18 +31,18 @@ fn singulars(word: &str) -> impl Iterator<Item = &str> {
     irregular.into_iter().chain(["s", "es"].into_iter().filter_map(|end| word.strip_suffix(end)))
 }
 
-/// Names two things one by one.
-fn told(found: &[Found], noun: &str) -> Result<String, Hindrance> {
-    if let [a, b] = found {
-        return Ok(format!("the {} and the {}", called(a, b), called(b, a)));
-    }
+/// Names two things one by one, or those that stand for two and why these are not.
+fn told(found: &[Found], noun: &str) -> Option<(String, Option<Hindrance>)> {
+    let (a, b) = (found.first()?, found.get(1).or(found.first())?);
+    let both = format!("the {} and the {}", called(a, b), called(b, a));
     let names: Vec<&str> = found.iter().map(|one| one.shown.as_str()).collect();
     let (why, help) = match names.as_slice() {
+        [_, _] => return Some((both, None)),
         [one] => (format!("only one {noun} is here: {one}"), "name two things"),
         _ => (format!("more than two fit: {}", either(&names)), "say which two"),
     };
     // Further than a slot that takes a plural for a name.
-    Err(Hindrance { after: 1, ..Hindrance::new(why, Some(help.into())) })
+    Some((both, Some(Hindrance { after: 1, ..Hindrance::new(why, Some(help.into())) })))
 }
 
 /// What one is called that the other is not.
