@@ -174,7 +174,9 @@ fn parameter_text(parameter: &Parameter) -> String {
     match (&parameter.value, &parameter.std) {
         (Value::Number(value), Value::Number(std)) => {
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            if *std > 0.0 {
+            if std.is_infinite() {
+                format!("{}{unit} (trades against others)", significant(factor * value, 4))
+            } else if *std > 0.0 {
                 format!(
                     "{}{unit} ± {}",
                     significant(factor * value, 4),
