@@ -435,6 +435,13 @@ impl<'a> Evidence<'a> {
         Searched { best: distinct(fitted, (FITTED, FINER.1, FINER.2)), alike }
     }
 
+    /// Whether something is in front of a part of a candidate's outline.
+    pub fn is_behind(&self, at: &Candidate) -> bool {
+        let outline = self.outline(&at.pose(), POINTS[2]);
+        let covered = |p| self.hidden.hulls.iter().any(|hull| inside_convex(hull, p));
+        outline.samples.iter().any(|sample| covered(sample.pixel))
+    }
+
     /// Returns the best place around a candidate at any turn, fitted to the full picture.
     pub fn around(&self, from: &Candidate) -> Option<Candidate> {
         let turns = self.looked_around(std::slice::from_ref(from), 1);

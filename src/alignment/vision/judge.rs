@@ -169,6 +169,9 @@ fn behind(evidence: &Evidence, best: Candidate) -> Candidate {
         return best;
     }
     let here = evidence.fit(&best);
+    if !evidence.is_behind(&best) {
+        return here;
+    }
     let is_better = |around: &Candidate| {
         let ahead = here.score.total / around.score.total.max(TINY);
         // As in the fit itself: edges that agree are worth some of the score.
