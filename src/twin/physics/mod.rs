@@ -432,6 +432,20 @@ mod tests {
     use super::*;
     use crate::world::{ObjectState, Pose, Shape, object, scene};
 
+    /// An arm at rest with open jaws, and things around it.
+    fn around(robot: &Robot, objects: Vec<ObjectState>) -> WorldState {
+        WorldState {
+            time: 0.0,
+            q: vec![0.0; robot.n_joints()],
+            opening: 0.08,
+            world_from_tool: Pose::identity(),
+            held: None,
+            objects,
+            spilt: None,
+            unknown: Vec::new(),
+        }
+    }
+
     /// Returns the tilt (rad) of a round thing that stood tilted and was given a spin (rad/s), every half second.
     fn rocking(hollow: bool, tilt: f64, spin: f64) -> Vec<f64> {
         let robot = Robot::gen3();
@@ -442,16 +456,8 @@ mod tests {
         let low = Vector3::new(0.55, 0.2, 0.032 * tilt.sin() + 1e-4);
         let world_from_object = Some(Pose::from_parts(low, turn));
         let (name, water) = (thing.name.clone(), Some(0.0));
-        let state = WorldState {
-            time: 0.0,
-            q: vec![0.0; robot.n_joints()],
-            opening: 0.08,
-            world_from_tool: Pose::identity(),
-            held: None,
-            objects: vec![ObjectState { name, world_from_object, std: 0.0, water }],
-            spilt: None,
-            unknown: Vec::new(),
-        };
+        let objects = vec![ObjectState { name, world_from_object, std: 0.0, water }];
+        let state = around(&robot, objects);
         let settings = Settings::for_arm(&robot);
         let mut world = Physics::new(&robot, &scene::bare(vec![thing]), &state, &settings).unwrap();
         let handle = world.objects[0].unwrap();
@@ -489,16 +495,7 @@ mod tests {
             std: 0.0,
             water: None,
         };
-        let state = WorldState {
-            time: 0.0,
-            q: vec![0.0; robot.n_joints()],
-            opening: 0.08,
-            world_from_tool: Pose::identity(),
-            held: None,
-            objects: vec![at("case", stands), at("tray", closed)],
-            spilt: None,
-            unknown: Vec::new(),
-        };
+        let state = around(&robot, vec![at("case", stands), at("tray", closed)]);
         let mut settings = Settings::for_arm(&robot);
         settings.friction.drawer = friction;
         let mut world = Physics::new(&robot, &scene, &state, &settings).unwrap();
