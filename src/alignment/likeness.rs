@@ -17,6 +17,7 @@ const CHROMATICITY: f32 = 0.09;
 /// face, a and b only by the lamp. With half of them a grey thing's own shaded side is another thing, with twice as
 /// much every table is grey.
 const GREY: [f32; 2] = [25.0, 8.0];
+
 /// Returns how much each small pixel has the object's colour, `None` when that says nothing.
 pub(super) fn likeness(picture: &Picture, object: &Object) -> Option<Plane> {
     if object.material == Material::Transparent || picture.is_grey {

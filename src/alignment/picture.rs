@@ -253,6 +253,9 @@ impl Level {
     }
 }
 
+/// Pixels of the picture to one of its quarter size.
+pub const QUARTER: f64 = 4.0;
+
 /// A picture prepared for looking: CIELAB planes, edges at three scales, noise.
 #[derive(Debug, Clone)]
 pub struct Picture {
@@ -305,7 +308,7 @@ impl Picture {
         let lab = each([0, 1, 2], |c: usize| raw[c].blurred(0.8));
         let half = [0, 1, 2].map(|c| lab[c].halved());
         let small = [0, 1, 2].map(|c| half[c].halved());
-        let levels = each([(&lab, 1.0, 0.7), (&half, 2.0, 0.8), (&small, 4.0, 1.2)], |level| {
+        let levels = each([(&lab, 1.0, 0.7), (&half, 2.0, 0.8), (&small, QUARTER, 1.2)], |level| {
             let (planes, scale, spread): (&[Plane; 3], f64, f32) = level;
             Level::new(planes, scale, spread)
         });

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::doubt::Doubt;
 use super::likeness::likeness;
 use super::outline::{Kind, ObjectPose, Outline, Projector, Sample, inside_convex};
-use super::picture::{Level, Picture, Plane};
+use super::picture::{Level, Picture, Plane, QUARTER};
 use super::refine::{self, Fit};
 use crate::world::{Material, Object, Shape};
 
@@ -192,8 +192,6 @@ const CHANGE_OUTSIDE: f64 = 0.5;
 const COLOUR_OUTSIDE: f64 = 0.7;
 /// Every second point of the silhouette is looked at for its regions, which are flat: half the time, the same mean.
 const REGION_STEP: usize = 2;
-/// Side of a pixel of the quarter picture, px of the whole.
-const QUARTER: f64 = 4.0;
 /// Score below which a place of the grid is not kept: a sixth of what is believed at all ([`super::vision`]). Chosen:
 /// only to keep lists short.
 const HOPELESS: f64 = 0.05;

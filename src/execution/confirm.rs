@@ -54,8 +54,9 @@ impl Confirmation<'_> {
             let Some(pose) = state.object(name).and_then(|known| known.world_from_object) else {
                 continue;
             };
-            let is_there = seen.iter().filter(|s| s.name == *name && s.found).any(|s| {
-                s.world_from_object.is_some_and(|at| (at.origin() - pose.origin()).norm() < THERE)
+            let is_there = seen.iter().filter(|s| s.name == *name).any(|s| {
+                let at = s.world_from_object.or(s.kept);
+                at.is_some_and(|at| (at.origin() - pose.origin()).norm() < THERE)
             });
             let believed = vision::Believed {
                 photo: self.photo,

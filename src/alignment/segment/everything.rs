@@ -12,10 +12,8 @@ use nalgebra::Vector2;
 
 use super::TableModel;
 use super::prompt::{Prompt, Segment, segment};
-use crate::alignment::picture::Picture;
+use crate::alignment::picture::{Picture, QUARTER};
 
-/// Pixels of the picture to one of its quarter size, on which boxes are proposed.
-const QUARTER: f64 = 4.0;
 /// How little like the background a place must look: a half is three of its spreads ([`TableModel::change`]); a quarter
 /// and three quarters beside it, since glass changes little and wood much.
 const CHANGES: [f32; 3] = [0.25, 0.5, 0.75];

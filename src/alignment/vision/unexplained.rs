@@ -12,11 +12,9 @@ use nalgebra::Vector2;
 use super::{Error, Options, Sighting, check_size};
 use crate::alignment::measure::{Measured, measure_in};
 use crate::alignment::outline::{Outline, Projector};
-use crate::alignment::picture::Picture;
+use crate::alignment::picture::{Picture, QUARTER};
 use crate::world::{Camera, Pixel, Scene, Unknown};
 
-/// Pixels of the picture to one of its quarter size.
-const QUARTER: f64 = 4.0;
 /// From so many spreads on a colour is not the table's: of normal noise one pixel in five hundred million is, and wood
 /// has streaks of twice its spread.
 const NOT_TABLE: f64 = 6.0;

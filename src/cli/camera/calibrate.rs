@@ -134,10 +134,8 @@ pub(super) fn calibrate(args: &CalibrateArgs, style: Style) -> Result<Exit, Fail
         None => lens::choose(views, &options),
     })
     .map_err(|error| refused(&error, &views, &pictures))?;
-    let (Without { fit: (fit, compared), views, strays }, coverage) = {
-        let coverage = Coverage::of(&found.fit.0, &found.views);
-        (found, coverage)
-    };
+    let Without { fit: (fit, compared), views, strays } = found;
+    let coverage = Coverage::of(&fit, &views);
     let answer = Answer::new(&fit, &coverage, &compared, &args.board, &pictures, &strays);
     if let Some(dir) = &args.out {
         std::fs::create_dir_all(dir).map_err(unwritten(dir))?;

@@ -131,7 +131,7 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let gap = gap.for_search();
     let bodies = &model.arm.chain.bodies;
     let parts = Parts::of(bodies.len());
-    let (problem, bare, _) = best(problems(&gap)?, &parts)?;
+    let (problem, bare) = best(problems(&gap)?, &parts)?;
     let beside = [&[&parts.joints][..], &[&parts.joints, &parts.load]];
     let freed = beside.par_iter().filter_map(|list| Freed::of(&problem, bodies, &parts, list));
     let freed: Vec<Freed> = freed.collect();
@@ -176,15 +176,15 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     Some(Numbers { are_apart, different: None, own: Some((links, gains)) })
 }
 
-/// Returns the problem with the creep that fits best beside the file's bodies, its fit of the joints, and that creep.
-fn best(problems: Vec<Problem>, parts: &Parts) -> Option<(Problem, Fit, f64)> {
-    let scored = problems.into_iter().zip(CREEPS).filter_map(|(problem, creep)| {
+/// Returns the problem with the creep that fits best beside the file's bodies, and its fit of the joints.
+fn best(problems: Vec<Problem>, parts: &Parts) -> Option<(Problem, Fit)> {
+    let scored = problems.into_iter().filter_map(|problem| {
         let fit = problem.fit(&parts.only(&[&parts.joints]))?;
         let sums = problem.train.iter().map(|sums| sums.left(&fit.x) / (sums.square / sums.rows));
-        Some((sums.sum::<f64>(), problem, fit, creep))
+        Some((sums.sum::<f64>(), problem, fit))
     });
-    let (_, problem, fit, creep) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some((problem, fit, creep))
+    let (_, problem, fit) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some((problem, fit))
 }
 
 /// Returns what was fitted of the joints as effects with their parameters.
