@@ -8,7 +8,7 @@ use wide::f32x4;
 
 use super::BRIGHTEST;
 use super::lens::Lens;
-use super::light::{Lighting, TABLE_GLOSS};
+use super::light::Lighting;
 use crate::world::Table;
 
 /// Where four rays beside each other meet the table's top.
@@ -68,29 +68,34 @@ impl Plane {
 }
 
 impl Four {
+    /// Returns the light there.
+    #[inline]
+    pub(super) fn light(&self, lighting: &Lighting) -> [[f32; 4]; 4] {
+        lighting.table_four(self.x, self.y)
+    }
+
     /// Returns the places, m.
     pub(super) fn places(&self) -> [(f32, f32); 4] {
         let (x, y) = (self.x.to_array(), self.y.to_array());
         [0, 1, 2, 3].map(|k| (x[k], y[k]))
     }
+}
 
-    /// Returns the light of the table's top there, without marks and no brighter than is told apart: red, green, blue and
-    /// nothing.
+impl Lighting {
+    /// Returns the light of the table's top at four places, without marks and no brighter than is told apart: red, green, blue
+    /// and nothing.
     ///
     /// Loops are written out here and in what it asks: closures over arrays are calls in a build without all optimisation.
     #[inline]
-    pub(super) fn light(&self, lighting: &Lighting) -> [[f32; 4]; 4] {
-        let wood = lighting.on_table.grains(self.x, self.y);
-        let shade = lighting.shade.four(self.x, self.y);
-        let four = |v: &Vector3<f32>| f32x4::from([v.x, v.y, v.z, 0.0]);
-        let on = &lighting.on_table;
-        let (colour, lamp, gloss) = (four(&on.colour), four(&on.lamp), four(&on.gloss));
+    pub(super) fn table_four(&self, x: f32x4, y: f32x4) -> [[f32; 4]; 4] {
+        let wood = self.on_table.grains(x, y).to_array();
+        let plain = self.shade.four(x, y);
+        let gloss = &self.on_table.gloss;
+        let gloss = f32x4::from([gloss.x, gloss.y, gloss.z, 0.0]);
         let mut lights = [[0.0; 4]; 4];
         for k in 0..4 {
-            let [lit, open, shine, _] = shade[k];
-            let light = lamp * f32x4::splat(lit) + f32x4::splat(on.ambient * open);
-            let mirrored = gloss * f32x4::splat(lit * shine * TABLE_GLOSS);
-            lights[k] = (colour * f32x4::splat(wood[k]) * light + mirrored)
+            let mirrored = gloss * f32x4::splat(plain[k].to_array()[3]);
+            lights[k] = (plain[k] * f32x4::splat(wood[k]) + mirrored)
                 .fast_max(f32x4::splat(0.0))
                 .fast_min(f32x4::splat(BRIGHTEST))
                 .to_array();

@@ -9,6 +9,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 use wide::f32x4;
 
+use super::rays::Four3;
 use crate::world::frame::times;
 use crate::world::{Camera, Intrinsics, LensModel};
 
@@ -19,6 +20,8 @@ const STEPS: usize = 2048;
 pub(super) struct Lens {
     intrinsics: Intrinsics,
     world_from_camera: Matrix3<f64>,
+    /// The same in single precision.
+    single_turn: Matrix3<f32>,
     /// The camera centre, m, world.
     pub(super) centre: Vector3<f64>,
     /// Undistortion factor over the squared distorted radius, and what one step of it is worth.
@@ -48,10 +51,18 @@ impl Lens {
                 i.undistort(Vector2::new(r, 0.0)).x / r
             })
             .collect();
-        let single = factors.windows(2).map(|f| [f[0] as f32, (f[1] - f[0]) as f32]).collect();
+        // Twice as many as are asked for: an index is then known to be one of them.
+        let last = factors.len() - 2;
+        let step = |k: usize| {
+            let k = k.min(last);
+            [factors[k] as f32, (factors[k + 1] - factors[k]) as f32]
+        };
+        let single = (0..2 * STEPS).map(step).collect();
+        let turn = *camera.world_from_camera.rotation().to_rotation_matrix().matrix();
         Self {
             intrinsics: i,
-            world_from_camera: *camera.world_from_camera.rotation().to_rotation_matrix().matrix(),
+            world_from_camera: turn,
+            single_turn: turn.cast(),
             centre: camera.world_from_camera.origin(),
             factors,
             steps_per_unit,
@@ -78,16 +89,60 @@ impl Lens {
         let from = (u as f64 - i.cx - i.skew * y) / i.fx;
         let step = (1.0 / i.fx) as f32;
         let x = f32x4::splat(from as f32) + f32x4::from([0.0, step, 2.0 * step, 3.0 * step]);
-        let y = y as f32;
-        let at = (x * x + f32x4::splat(y * y)) * f32x4::splat(self.steps_per_unit as f32);
-        let mut factor = at.to_array();
-        for at in &mut factor {
-            let cell = (*at as usize).min(STEPS);
-            let [start, more] = self.single[cell];
-            *at = start + more * (*at - cell as f32);
+        self.undistorted(x, f32x4::splat(y as f32))
+    }
+
+    /// Returns the directions (unit, world) through four places of the picture, `offsets` px right of and below the pixel
+    /// `(u, v)`, and how long they are where camera z grows by 1.
+    #[inline]
+    pub(super) fn four_rays(
+        &self,
+        (u, v): (usize, usize),
+        [right, below]: [f32x4; 2],
+    ) -> (Four3, f32x4) {
+        let [x, y] = if self.is_radial() {
+            let i = &self.intrinsics;
+            let y = (v as f64 - i.cy) / i.fy;
+            let x = (u as f64 - i.cx - i.skew * y) / i.fx;
+            let below = below * f32x4::splat((1.0 / i.fy) as f32);
+            let right = right * f32x4::splat((1.0 / i.fx) as f32)
+                - below * f32x4::splat((i.skew / i.fx) as f32);
+            self.undistorted(f32x4::splat(x as f32) + right, f32x4::splat(y as f32) + below)
+        } else {
+            let (right, below) = (right.to_array(), below.to_array());
+            let mut places = [[0.0_f32; 4]; 2];
+            for k in 0..4 {
+                let at = |at: usize, off: f32| at as f64 + f64::from(off);
+                let n = self.undistort(at(u, right[k]), at(v, below[k]));
+                (places[0][k], places[1][k]) = (n.x as f32, n.y as f32);
+            }
+            places.map(f32x4::from)
+        };
+        let d = Four3 { x, y, z: f32x4::splat(1.0) };
+        let length = d.norm();
+        (d.turned(&self.single_turn) * (f32x4::splat(1.0) / length), length)
+    }
+
+    /// Returns `x/z` and `y/z` through `(u, v)` px.
+    #[inline]
+    fn undistort(&self, u: f64, v: f64) -> Vector2<f64> {
+        let i = &self.intrinsics;
+        let y = (v - i.cy) / i.fy;
+        i.undistort(Vector2::new((u - i.cx - i.skew * y) / i.fx, y))
+    }
+
+    /// Takes the distortion off four places; of a lens that is the same all round.
+    #[inline]
+    fn undistorted(&self, x: f32x4, y: f32x4) -> [f32x4; 2] {
+        let at = (x * x + y * y) * f32x4::splat(self.steps_per_unit as f32);
+        let cells = at.fast_min(f32x4::splat(STEPS as f32)).fast_trunc_int();
+        let (mut start, mut more) = ([0.0; 4], [0.0; 4]);
+        for (k, cell) in cells.to_array().into_iter().enumerate() {
+            [start[k], more[k]] = self.single[cell as usize & (2 * STEPS - 1)];
         }
-        let factor = f32x4::from(factor);
-        [x * factor, f32x4::splat(y) * factor]
+        let over = at - f32x4::from_i32x4(cells);
+        let factor = f32x4::from(start) + f32x4::from(more) * over;
+        [x * factor, y * factor]
     }
 
     /// Returns the direction through `(u, v)` px, world, scaled so that camera z grows by 1.
@@ -97,7 +152,7 @@ impl Lens {
         let y = (v - i.cy) / i.fy;
         let x = (u - i.cx - i.skew * y) / i.fx;
         if !self.is_radial() {
-            let n = i.undistort(Vector2::new(x, y));
+            let n = self.undistort(u, v);
             return times(&self.world_from_camera, &Vector3::new(n.x, n.y, 1.0));
         }
         let at = (x * x + y * y) * self.steps_per_unit;

@@ -24,7 +24,7 @@ const FLOOR: f64 = -0.74;
 pub(super) struct Lighting {
     towards: Vector3<f64>,
     lamp: Rgb,
-    ambient: f64,
+    pub(super) ambient: f64,
     spread: f64,
     /// Sine of `spread`.
     sine: f64,
@@ -59,6 +59,19 @@ impl Lighting {
         let light = view.light;
         let towards = light.towards.try_normalize(1e-9).unwrap_or(Vector3::z());
         let lamp = Vector3::from(light.tint) * light.intensity;
+        let on_table = OnTable {
+            lamp: (lamp * towards.z.max(0.0)).cast(),
+            ambient: light.ambient as f32,
+            gloss: lamp.cast(),
+            colour: linear(view.table.colour).cast(),
+            wood: &WOOD,
+        };
+        let mut shade = Shade::new(view, things, &light, towards, options, eye);
+        shade.light_table(|[lit, open, shine, _]| {
+            let light = on_table.lamp * lit + Vector3::repeat(on_table.ambient * open);
+            let [r, g, b] = on_table.colour.component_mul(&light).into();
+            [r, g, b, lit * shine * TABLE_GLOSS]
+        });
         Self {
             towards,
             lamp,
@@ -66,15 +79,9 @@ impl Lighting {
             spread: light.spread,
             sine: light.spread.sin(),
             table: linear(view.table.colour),
-            on_table: OnTable {
-                lamp: (lamp * towards.z.max(0.0)).cast(),
-                ambient: light.ambient as f32,
-                gloss: lamp.cast(),
-                colour: linear(view.table.colour).cast(),
-                wood: &WOOD,
-            },
+            on_table,
             sheen_from: (light.spread + SHEEN_EDGE).cos(),
-            shade: Shade::new(view, things, &light, towards, options, eye),
+            shade,
             samples: if options.shadows { disc(towards, light.spread, 4) } else { Vec::new() },
         }
     }
@@ -118,6 +125,25 @@ impl Lighting {
     #[inline]
     pub(super) fn sine(&self) -> f64 {
         self.sine
+    }
+
+    /// Returns what the lamp adds to a white surface that faces it.
+    #[inline]
+    pub(super) fn lamp(&self) -> Rgb {
+        self.lamp
+    }
+
+    /// Returns the table's colour.
+    #[inline]
+    pub(super) fn table(&self) -> Rgb {
+        self.table
+    }
+
+    /// Returns how the lamp's mirror image ends: the cosine of the angle beyond which nothing of it is seen, half the angle of the
+    /// lamp, and how wide its edge is, rad.
+    #[inline]
+    pub(super) fn lamp_edge(&self) -> [f32; 3] {
+        [self.sheen_from as f32, self.spread as f32, SHEEN_EDGE as f32]
     }
 
     /// Returns the light a surface sends towards the eye. `lit` (0 to 1) is the part of the lamp it sees,
@@ -215,7 +241,7 @@ impl Lighting {
         room + self.lamp * (12.0 * lamp * lamp)
     }
 
-    fn level(&self) -> f64 {
+    pub(super) fn level(&self) -> f64 {
         self.ambient + 0.8 * self.lamp.max()
     }
 }
@@ -223,28 +249,29 @@ impl Lighting {
 impl OnTable {
     /// Returns the wood's brightness at four places, about 1; as [`grain`].
     #[inline]
-    pub(super) fn grains(&self, x: f32x4, y: f32x4) -> [f32; 4] {
+    pub(super) fn grains(&self, x: f32x4, y: f32x4) -> f32x4 {
         const PERIOD: f32 = (GRAIN - 2) as f32;
         let fold = |a: f32x4| {
             let a = a * f32x4::splat(1.0 / TEXEL as f32) + f32x4::splat(0.31 * PERIOD);
-            let mut folded = a.to_array();
-            for a in &mut folded {
-                let whole = (*a * (0.5 / PERIOD) + 1024.0) as i32 - 1024;
-                let rest = *a - 2.0 * PERIOD * whole as f32;
-                *a = rest.min(2.0 * PERIOD - rest).clamp(0.0, PERIOD);
-            }
-            folded
+            let turns = a * f32x4::splat(0.5 / PERIOD) + f32x4::splat(1024.0);
+            let whole = f32x4::from_i32x4(turns.fast_trunc_int()) - f32x4::splat(1024.0);
+            let rest = a - f32x4::splat(2.0 * PERIOD) * whole;
+            let folded = rest.fast_min(f32x4::splat(2.0 * PERIOD) - rest);
+            folded.fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(PERIOD))
         };
         let (u, v) = (fold(x), fold(y));
-        let mut grains = [1.0; 4];
+        let (i, j) = (u.fast_trunc_int(), v.fast_trunc_int());
+        let (fu, fv) = (u - f32x4::from_i32x4(i), v - f32x4::from_i32x4(j));
+        let (i, j) = (i.to_array(), j.to_array());
+        let mut corners = [[0.0_f32; 4]; 4];
         for k in 0..4 {
-            let (i, j) = (u[k] as usize, v[k] as usize);
-            let (fu, fv) = (u[k] - i as f32, v[k] - j as f32);
-            let wood = &self.wood[j * GRAIN + i..][..GRAIN + 2];
-            let (near, far) = (wood[0] + (wood[1] - wood[0]) * fu, &wood[GRAIN..]);
-            grains[k] = near + (far[0] + (far[1] - far[0]) * fu - near) * fv;
+            let wood = &self.wood[j[k] as usize * GRAIN + i[k] as usize..][..GRAIN + 2];
+            (corners[0][k], corners[1][k]) = (wood[0], wood[1]);
+            (corners[2][k], corners[3][k]) = (wood[GRAIN], wood[GRAIN + 1]);
         }
-        grains
+        let [a, b, c, d] = corners.map(f32x4::from);
+        let (near, far) = (a + (b - a) * fu, c + (d - c) * fu);
+        near + (far - near) * fv
     }
 }
 
@@ -290,11 +317,16 @@ fn grain(wood: &[f32], x: f64, y: f64) -> f32 {
 /// Smooth value noise on the unit grid, 0 to 1 (Perlin's interpolation of hashed corners).
 #[inline]
 fn noise(x: f64, y: f64) -> f64 {
-    let (i, j) = (x.floor(), y.floor());
-    let (fx, fy) = (x - i, y - j);
+    // A cast is quicker than `floor`, which is a call on processors of which no more than the least is asked.
+    let down = |x: f64| {
+        let cut = x as i64;
+        cut - i64::from(cut as f64 > x)
+    };
+    let (i, j) = (down(x), down(y));
+    let (fx, fy) = (x - i as f64, y - j as f64);
     let corner = |di: i64, dj: i64| {
-        let mut h = ((i as i64 + di).wrapping_mul(0x9E37_79B1)
-            ^ (j as i64 + dj).wrapping_mul(0x85EB_CA77)) as u64;
+        let mut h =
+            ((i + di).wrapping_mul(0x9E37_79B1) ^ (j + dj).wrapping_mul(0x85EB_CA77)) as u64;
         h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D_7F4A_7C15);
         h = (h ^ (h >> 31)).wrapping_mul(0x9FB2_1C65_1E98_DF25);
         (h >> 40) as f64 / (1_u64 << 24) as f64

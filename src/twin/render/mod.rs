@@ -3,18 +3,22 @@
 //! Every pixel's ray is bent by the lens as [`crate::world::camera`] says, then meets closed-form solids
 //! directly: straight edges come out as the curves a real lens makes of them, and outlines are exact. A
 //! first pass looks once per pixel; wherever neighbours see different surfaces a second pass looks sixteen
-//! times, so an edge lies where it belongs to a small fraction of a pixel. Rows are shared out over the
-//! processors; the result does not depend on how many there are.
+//! times, so an edge lies where it belongs to a small fraction of a pixel. Where there are only table, boxes, cylinders and
+//! capsules, four rays go at once in single precision (`four.rs`, `rays.rs`, `opaque.rs`); glass, hollows and other forms are
+//! looked at ray by ray in double precision. Rows are shared out over the processors; the result does not depend on how many there are.
 //!
 //! What a sensor adds to the light (noise, vignetting, blur) is not drawn here: the twin's camera is ideal,
 //! the laboratory's is [`crate`]'s `lab` layer's affair.
 
 mod cast;
+mod edges;
 mod four;
 mod lens;
 mod light;
 mod look;
+mod opaque;
 mod options;
+mod rays;
 mod scene;
 mod shade;
 mod solid;
@@ -30,11 +34,14 @@ use std::sync::LazyLock;
 use image::RgbImage;
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use wide::f32x4;
 
 use crate::world::Camera;
+use edges::Edges;
 use four::Plane;
 use lens::Lens;
 pub use look::ArmLook;
+use opaque::NO_THING;
 pub use options::Options;
 use tile::{Content, PART, TILE, Tile};
 use trace::{Candidates, Sample, Stage};
@@ -164,8 +171,17 @@ pub fn solids(camera: &Camera, view: &View) -> Vec<bool> {
 
 /// Makes bytes of light.
 fn develop(light: &[[f32; 3]], bytes: &mut [u8]) {
-    for (bytes, [r, g, b]) in bytes.chunks_exact_mut(3).zip(light) {
-        bytes.copy_from_slice(&[developed(*r), developed(*g), developed(*b)]);
+    let (bytes, rest) = bytes.as_chunks_mut::<4>();
+    let (light, last) = light.as_flattened().as_chunks::<4>();
+    for (bytes, light) in bytes.iter_mut().zip(light) {
+        let steps = f32x4::from(*light).fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(1.0))
+            * f32x4::splat(STEPS)
+            + f32x4::splat(0.5);
+        let [a, b, c, d] = steps.fast_trunc_int().to_array().map(|k| DEVELOPED[k as usize & 16383]);
+        *bytes = [a, b, c, d];
+    }
+    for (byte, light) in rest.iter_mut().zip(last) {
+        *byte = developed(*light);
     }
 }
 
@@ -223,45 +239,36 @@ impl<'v> Drawing<'v> {
 
     /// Marks where something opaque but the table is seen in the squares of a row of them.
     fn find_solids(&self, row: usize, seen: &mut [bool]) {
-        for (at, seen) in seen.iter_mut().enumerate() {
-            let (u, v) = (at % self.width, row * TILE + at / self.width);
-            let tile = &self.tiles[row * self.columns + u / TILE];
-            let (content, candidates) = tile.part(u % TILE, v % TILE);
-            if content == Content::Things {
-                let d = self.lens.direction(u as f64, v as f64).normalize();
-                let id = self.stage.id(&self.stage.see(self.lens.centre, d, Some(candidates), 0));
-                *seen = id != NOTHING && id != TABLE;
+        for (below, seen) in seen.chunks_mut(self.width).enumerate() {
+            let v = row * TILE + below;
+            for (part, seen) in seen.chunks_mut(PART).enumerate() {
+                let u = part * PART;
+                let tile = &self.tiles[row * self.columns + u / TILE];
+                let (content, candidates) = tile.part(u % TILE, v % TILE);
+                if content != Content::Things {
+                    continue;
+                }
+                if self.stage.are_plain(candidates.things) {
+                    let (d, _) = self.lens.four_rays((u, v), BESIDE.map(f32x4::from));
+                    let things = self.stage.see_four(d, candidates.things).things;
+                    for (seen, thing) in seen.iter_mut().zip(things) {
+                        *seen = thing != NO_THING && thing != 0;
+                    }
+                    continue;
+                }
+                for (k, seen) in seen.iter_mut().enumerate() {
+                    let d = self.lens.direction((u + k) as f64, v as f64).normalize();
+                    let met = self.stage.see(self.lens.centre, d, Some(candidates), 0);
+                    let id = self.stage.id(&met);
+                    *seen = id != NOTHING && id != TABLE;
+                }
             }
         }
     }
 }
 
-/// Where surfaces meet in a picture, to be looked at closely.
-struct Edges<'d> {
-    drawing: &'d Drawing<'d>,
-    keys: &'d [u32],
-    /// Where in a pixel.
-    offsets: Vec<[f64; 2]>,
-}
-
-impl<'d> Edges<'d> {
-    fn new(drawing: &'d Drawing<'_>, keys: &'d [u32]) -> Self {
-        let n = drawing.edge_samples;
-        Self { drawing, keys, offsets: (0..n).map(|k| offset(k, n)).collect() }
-    }
-
-    /// Looks at those of row `v` and hands out the light of each by its column.
-    fn look(&self, v: usize, mut put: impl FnMut(usize, [f32; 3])) {
-        let Drawing { stage, lens, tiles, columns, width, height, .. } = self.drawing;
-        let mut edges = Vec::new();
-        find_edges(self.keys, *width, *height, v, &mut edges);
-        for u in edges {
-            let tile = &tiles[(v / TILE) * columns + u / TILE];
-            let (_, candidates) = tile.part(u % TILE, v % TILE);
-            put(u, look_closely(stage, lens, candidates, (u, v), &self.offsets));
-        }
-    }
-}
+/// How far four pixels of a row are right of and below the first of them, px.
+const BESIDE: [[f32; 4]; 2] = [[0.0, 1.0, 2.0, 3.0], [0.0; 4]];
 
 /// What looks: at what, and through which lens.
 struct Eye<'e> {
@@ -311,6 +318,7 @@ fn first_look(
         for x in (0..size.0).step_by(edge) {
             let (content, candidates) = tile.part(x, y);
             let size = (edge.min(size.0 - x), edge.min(size.1 - y));
+            let is_plain = content == Content::Things && eye.stage.are_plain(candidates.things);
             for row in y..y + size.1 {
                 let (u, v) = (place.0 + x, place.1 + row);
                 let at = row * band.width + u;
@@ -322,6 +330,9 @@ fn first_look(
                         room_row(left, (right - left) * part, at..at + size.0, band);
                     }
                     Content::Table => table_row(eye, candidates, (u, v), at..at + size.0, band),
+                    Content::Things if is_plain => {
+                        plain_row(eye, candidates, (u, v), at..at + size.0, band);
+                    }
                     Content::Things => {
                         for k in 0..size.0 {
                             let d = eye.lens.direction((u + k) as f64, v as f64);
@@ -365,13 +376,8 @@ fn table_row(
     let n = stretch.len();
     for first in (0..n).step_by(4) {
         let here = stretch.start + first..(stretch.start + first + 4).min(stretch.end);
-        let slowly = |band: &mut Band<'_>, k: usize| {
-            let d = eye.lens.direction((u + first + k) as f64, v as f64);
-            let sample = eye.stage.look_at_table(eye.lens.centre, d, candidates.marks);
-            band.put(here.start + k, &sample);
-        };
         let Some(four) = eye.plane.meet(eye.lens, u + first, v) else {
-            (0..here.len()).for_each(|k| slowly(band, k));
+            plain_row(eye, candidates, (u + first, v), here, band);
             continue;
         };
         let light = four.light(&eye.stage.lighting);
@@ -388,51 +394,41 @@ fn table_row(
         if !candidates.marks.is_empty() {
             for (k, (x, y)) in four.places().into_iter().enumerate().take(here.len()) {
                 let marks = Some(candidates.marks);
-                if eye.stage.mark_at(f64::from(x), f64::from(y), marks).is_some() {
-                    slowly(band, k);
+                let at = [f64::from(x), f64::from(y)];
+                if eye.stage.mark_at(at[0], at[1], marks).is_some() {
+                    band.light[here.start + k] =
+                        clamped(eye.stage.lighting.mark(at[0], at[1]).cast());
+                    band.keys[here.start + k] = folded(trace::key_of_table(true));
                 }
             }
         }
     }
 }
 
-/// Looks many times at a pixel where surfaces meet and returns the mean.
-///
-/// Which surface is seen is asked at each of the places; how bright it is only at a few of each surface,
-/// for light changes slowly along a surface.
-fn look_closely(
-    stage: &Stage<'_>,
-    lens: &Lens,
+/// Draws a stretch of a row where only plain solids can be seen, from the pixel `(u, v)` on.
+fn plain_row(
+    eye: &Eye<'_>,
     candidates: Candidates<'_>,
     (u, v): (usize, usize),
-    offsets: &[[f64; 2]],
-) -> [f32; 3] {
-    let few = offsets.len() < 10;
-    let mut known: [(u64, [f32; 3]); 6] = [(u64::MAX, [0.0; 3]); 6];
-    let mut n_known = 0;
-    let mut sum = [0.0_f32; 3];
-    for (k, [du, dv]) in offsets.iter().enumerate() {
-        let d = lens.direction(u as f64 + du, v as f64 + dv).normalize();
-        let seen = stage.see(lens.centre, d, Some(candidates), 0);
-        let surface = seen.surface();
-        let at = known[..n_known].iter().position(|(known, _)| *known == surface);
-        // Of Hammersley's sixteen points every fifth, or for glass, which shows much in little space, those
-        // with an even number of ones: both choices are spread over the pixel as all points are.
-        let chosen = if seen.is_clear() { k.count_ones().is_multiple_of(2) } else { k % 5 == 0 };
-        let light = match at {
-            Some(at) if !few && !chosen => known[at].1,
-            _ => {
-                let light = clamped(stage.develop(&seen, lens.centre, d, 0).light);
-                let at = at.unwrap_or(n_known.min(known.len() - 1));
-                known[at] = (surface, light);
-                n_known = n_known.max(at + 1);
-                light
+    stretch: Range<usize>,
+    band: &mut Band<'_>,
+) {
+    for first in (0..stretch.len()).step_by(4) {
+        let (d, length) = eye.lens.four_rays((u + first, v), BESIDE.map(f32x4::from));
+        let seen = eye.stage.see_four(d, candidates.things);
+        let looks = eye.stage.look_four(d, seen, candidates.marks);
+        let length = length.to_array();
+        let here = stretch.start + first..(stretch.start + first + 4).min(stretch.end);
+        for (k, at) in here.enumerate() {
+            band.light[at] = looks.light[k];
+            band.keys[at] = folded(looks.keys[k]);
+            if let Some(beside) = &mut band.beside {
+                beside.depth[at] = looks.distances[k] / length[k];
+                beside.ids[at] = looks.ids[k];
+                beside.glass[at] = NOTHING;
             }
-        };
-        sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
+        }
     }
-    let n = offsets.len() as f32;
-    [sum[0] / n, sum[1] / n, sum[2] / n]
 }
 
 /// The sRGB transfer function: linear light (clamped to 0–1) to 0–1.
@@ -444,13 +440,15 @@ pub fn srgb(x: f32) -> f32 {
 /// Returns the sRGB byte of linear light, from a table: a picture asks three million times.
 #[inline]
 pub fn developed(x: f32) -> u8 {
-    // The steepest byte of the curve is 1/(255·12.92) wide, five steps.
-    const STEPS: f32 = 16383.0;
-    static TABLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
-        (0..16384).map(|k| (srgb(k as f32 / STEPS) * 255.0 + 0.5) as u8).collect()
-    });
-    TABLE[(x.clamp(0.0, 1.0) * STEPS + 0.5) as usize]
+    DEVELOPED[(x.clamp(0.0, 1.0) * STEPS + 0.5) as usize]
 }
+
+/// Steps of [`DEVELOPED`] from no light to full light. The steepest byte of the curve is 1/(255·12.92) wide, five steps.
+const STEPS: f32 = 16383.0;
+
+/// Bytes of light.
+static DEVELOPED: LazyLock<[u8; 16384]> =
+    LazyLock::new(|| std::array::from_fn(|k| (srgb(k as f32 / STEPS) * 255.0 + 0.5) as u8));
 
 /// The brightest light that is told apart.
 const BRIGHTEST: f32 = 4.0;
@@ -467,29 +465,4 @@ fn clamped(light: Vector3<f64>) -> [f32; 3] {
 #[inline]
 fn folded(key: u64) -> u32 {
     (key ^ key >> 32) as u32
-}
-
-/// Collects the columns of row `v` of which the pixel beside, above or below sees another surface.
-///
-/// Neighbours across a corner need not be asked: the corner lies midway between the two others beside it, so
-/// a straight edge that leaves both on the pixel's side does not reach into the pixel.
-fn find_edges(keys: &[u32], width: usize, height: usize, v: usize, edges: &mut Vec<usize>) {
-    let row = |v: usize| &keys[v * width..(v + 1) * width];
-    let here = row(v);
-    let (above, below) = (row(v.saturating_sub(1)), row((v + 1).min(height - 1)));
-    for u in 0..width {
-        let (left, right) = (here[u.saturating_sub(1)], here[(u + 1).min(width - 1)]);
-        let key = here[u];
-        if left != key || right != key || above[u] != key || below[u] != key {
-            edges.push(u);
-        }
-    }
-}
-
-/// Returns the k-th of n places in a pixel (Hammersley's points): all their columns and all their rows
-/// differ, so that an edge along either axis is measured to 1/n of a pixel.
-fn offset(k: u16, n: u16) -> [f64; 2] {
-    let across = (f64::from(k) + 0.5) / f64::from(n);
-    let down = f64::from(k.reverse_bits()) / 65536.0 + 0.5 / f64::from(n.next_power_of_two());
-    [across - 0.5, down - 0.5]
 }

@@ -98,6 +98,11 @@ impl Thing {
         (times(&self.local_from_world, &(o - self.origin)), times(&self.local_from_world, &d))
     }
 
+    /// Returns how its frame is turned, local from world, and where its origin is in the world.
+    pub(super) fn placed(&self) -> (&Matrix3<f64>, &Vector3<f64>) {
+        (&self.local_from_world, &self.origin)
+    }
+
     /// Returns a direction of the thing's frame in the world.
     #[inline]
     pub(super) fn outward(&self, d: Vector3<f64>) -> Vector3<f64> {

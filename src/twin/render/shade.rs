@@ -20,6 +20,8 @@ pub(super) struct Shade {
     /// The parts of the lamp and of the room, and how much of the lamp a polished table would mirror to
     /// the eye; row by row.
     cells: Vec<[f32; 4]>,
+    /// The table's light there but for its grain: red, green, blue, and the part of the lamp's mirror image.
+    table: Vec<[f32; 4]>,
 }
 
 impl Shade {
@@ -64,7 +66,7 @@ impl Shade {
                 }
             });
         }
-        let mut shade = Self { low, cell, columns, rows, cells };
+        let mut shade = Self { low, cell, columns, rows, cells, table: Vec::new() };
         shade.uncover(things);
         shade.soften();
         for k in 0..shade.cells.len() {
@@ -150,29 +152,37 @@ impl Shade {
         Vector3::new(place(column, self.low[0]), place(row, self.low[1]), 1e-5)
     }
 
-    /// Returns the values at four places; as [`Self::at`].
+    /// Works out what of the table's light does not depend on the place's grain: `light` makes it of a cell's values.
+    pub(super) fn light_table(&mut self, light: impl Fn([f32; 4]) -> [f32; 4]) {
+        self.table = self.cells.iter().map(|cell| light(*cell)).collect();
+    }
+
+    /// Returns what [`Self::light_table`] made, at four places.
     #[inline]
-    pub(super) fn four(&self, x: f32x4, y: f32x4) -> [[f32; 4]; 4] {
+    pub(super) fn four(&self, x: f32x4, y: f32x4) -> [f32x4; 4] {
         let per = f32x4::splat((1.0 / self.cell) as f32);
         let place = |at: f32x4, low: f64, n: usize| {
             let cells = (at - f32x4::splat(low as f32)) * per + f32x4::splat(0.5);
-            cells.fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(n as f32 - 1.001)).to_array()
+            cells.fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(n as f32 - 1.001))
         };
         let (u, v) = (place(x, self.low[0], self.columns), place(y, self.low[1], self.rows));
-        let mut values = [[0.0; 4]; 4];
+        let (i, j) = (u.fast_trunc_int(), v.fast_trunc_int());
+        let (fu, fv) = (u - f32x4::from_i32x4(i), v - f32x4::from_i32x4(j));
+        let (i, j) = (i.to_array(), j.to_array());
+        let (fu, fv) = (fu.to_array(), fv.to_array());
+        let mut values = [f32x4::splat(0.0); 4];
         for k in 0..4 {
-            values[k] = self.between(u[k], v[k]).to_array();
+            let at = j[k] as usize * self.columns + i[k] as usize;
+            values[k] = self.between(&self.table, at, [fu[k], fv[k]]);
         }
         values
     }
 
-    /// Returns the values at a place in cells.
+    /// Returns a value between four cells, of which `at` is the lowest.
     #[inline]
-    fn between(&self, u: f32, v: f32) -> f32x4 {
-        let (i, j) = (u as usize, v as usize);
-        let (fu, fv) = (f32x4::splat(u - i as f32), f32x4::splat(v - j as f32));
-        let at = j * self.columns + i;
-        let (near, far) = (&self.cells[at..][..2], &self.cells[at + self.columns..][..2]);
+    fn between(&self, cells: &[[f32; 4]], at: usize, part: [f32; 2]) -> f32x4 {
+        let [fu, fv] = part.map(f32x4::splat);
+        let (near, far) = (&cells[at..][..2], &cells[at + self.columns..][..2]);
         let (a, b) = (f32x4::from(near[0]), f32x4::from(near[1]));
         let (c, d) = (f32x4::from(far[0]), f32x4::from(far[1]));
         let (near, far) = (a + (b - a) * fu, c + (d - c) * fu);
@@ -184,7 +194,9 @@ impl Shade {
     pub(super) fn at(&self, x: f64, y: f64) -> [f32; 4] {
         let u = ((x - self.low[0]) / self.cell + 0.5).clamp(0.0, self.columns as f64 - 1.001);
         let v = ((y - self.low[1]) / self.cell + 0.5).clamp(0.0, self.rows as f64 - 1.001);
-        self.between(u as f32, v as f32).to_array()
+        let (i, j) = (u as usize, v as usize);
+        let part = [u as f32 - i as f32, v as f32 - j as f32];
+        self.between(&self.cells, j * self.columns + i, part).to_array()
     }
 }
 

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::glass::entry;
 use super::light::{Lighting, Rgb};
 use super::options::Options;
+use super::rays::{Balls, Plain};
 use super::scene::{self, Hit, Kind, Thing};
 use super::solid::TOP;
 use super::view::{NOTHING, TABLE, View};
@@ -19,8 +20,14 @@ pub(super) struct Stage<'a> {
     pub(super) lighting: Lighting,
     pub(super) marks: &'a [Mark],
     pub(super) table: Table,
+    /// The things that can be met four rays at a time.
+    pub(super) plain: Vec<Option<Plain>>,
+    /// The balls around its things.
+    balls: Balls,
+    /// From where it is looked at.
+    pub(super) eye: Vector3<f64>,
     /// For each thing those that can cast a shadow on it.
-    casters: Vec<Vec<u32>>,
+    pub(super) casters: Vec<Vec<u32>>,
 }
 
 /// What can be met in a part of the picture; see [`super::tile`].
@@ -80,7 +87,9 @@ impl<'a> Stage<'a> {
         let things = scene::things(view);
         let lighting = Lighting::new(view, &things, options, eye);
         let casters = (0..things.len()).map(|k| lighting.casters(&things, k)).collect();
-        Self { things, lighting, marks: &view.marks, table: view.table, casters }
+        let plain = things.iter().map(|thing| Plain::new(thing, eye)).collect();
+        let (table, balls) = (view.table, Balls::new(&things));
+        Self { things, lighting, marks: &view.marks, table, plain, balls, eye, casters }
     }
 
     /// Looks from `o` along `d` (unit). `candidates` are the things that can be met; `None` means any.
@@ -130,7 +139,7 @@ impl<'a> Stage<'a> {
         };
         match candidates {
             Some(list) => list.things.iter().for_each(|&index| consider(index as usize)),
-            None => (0..self.things.len()).for_each(&mut consider),
+            None => self.balls.ahead(o, d, &mut consider),
         }
         let distance = solid.map_or(f64::INFINITY, |(hit, _)| hit.t);
         let mark =
@@ -172,24 +181,6 @@ impl<'a> Stage<'a> {
             }
         }
         self.things[0].hit(o, d, 1e-6, f64::INFINITY)
-    }
-
-    /// Looks along `d` (any length) where only room and table can be seen; distances are in lengths of `d`.
-    pub(super) fn look_at_table(&self, o: Vector3<f64>, d: Vector3<f64>, marks: &[u32]) -> Sample {
-        if o.z > 1e-6 && d.z < 0.0 {
-            let t = -o.z / d.z;
-            let (x, y) = (o.x + d.x * t, o.y + d.y * t);
-            if self.table.holds(x, y, 0.0) {
-                let on = self.mark_at(x, y, Some(marks)).is_some();
-                let light =
-                    if on { self.lighting.mark(x, y) } else { self.lighting.table_top(x, y) };
-                let key = key_of_table(on);
-                return Sample { light: light.cast(), key, distance: t, id: TABLE, glass: NOTHING };
-            }
-        }
-        let length = d.norm();
-        let sample = self.look(o, d / length, Some(Candidates { things: &[0], marks }), 0);
-        Sample { distance: sample.distance / length, ..sample }
     }
 
     /// Returns the light of what a ray from `o` along `d` met.

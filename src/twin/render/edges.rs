@@ -1,0 +1,127 @@
+//! Pixels where surfaces meet, looked at many times, so that an edge lies where it belongs to a small fraction of a pixel.
+
+use wide::f32x4;
+
+use super::lens::Lens;
+use super::tile::TILE;
+use super::trace::{Candidates, Stage};
+use super::{Drawing, clamped};
+
+/// Where surfaces meet in a picture, to be looked at closely.
+pub(super) struct Edges<'d> {
+    drawing: &'d Drawing<'d>,
+    keys: &'d [u32],
+    /// Where in a pixel.
+    offsets: Vec<[f64; 2]>,
+}
+
+impl<'d> Edges<'d> {
+    pub(super) fn new(drawing: &'d Drawing<'_>, keys: &'d [u32]) -> Self {
+        let n = drawing.edge_samples;
+        Self { drawing, keys, offsets: (0..n).map(|k| offset(k, n)).collect() }
+    }
+
+    /// Looks at those of row `v` and hands out the light of each by its column.
+    pub(super) fn look(&self, v: usize, mut put: impl FnMut(usize, [f32; 3])) {
+        let Drawing { stage, lens, tiles, columns, width, height, .. } = self.drawing;
+        let mut edges = Vec::new();
+        find_edges(self.keys, *width, *height, v, &mut edges);
+        for u in edges {
+            let tile = &tiles[(v / TILE) * columns + u / TILE];
+            let (_, candidates) = tile.part(u % TILE, v % TILE);
+            put(u, look_closely(stage, lens, candidates, (u, v), &self.offsets));
+        }
+    }
+}
+
+/// Looks many times at a pixel where surfaces meet and returns the mean.
+///
+/// Which surface is seen is asked at each of the places; how bright it is only at a few of each surface,
+/// for light changes slowly along a surface.
+fn look_closely(
+    stage: &Stage<'_>,
+    lens: &Lens,
+    candidates: Candidates<'_>,
+    (u, v): (usize, usize),
+    offsets: &[[f64; 2]],
+) -> [f32; 3] {
+    if stage.are_plain(candidates.things) {
+        return look_closely_at_plain(stage, lens, candidates, (u, v), offsets);
+    }
+    let few = offsets.len() < 10;
+    let mut known: [(u64, [f32; 3]); 6] = [(u64::MAX, [0.0; 3]); 6];
+    let mut n_known = 0;
+    let mut sum = [0.0_f32; 3];
+    for (k, [du, dv]) in offsets.iter().enumerate() {
+        let d = lens.direction(u as f64 + du, v as f64 + dv).normalize();
+        let seen = stage.see(lens.centre, d, Some(candidates), 0);
+        let surface = seen.surface();
+        let at = known[..n_known].iter().position(|(known, _)| *known == surface);
+        // Of Hammersley's sixteen points every fifth, or for glass, which shows much in little space, those
+        // with an even number of ones: both choices are spread over the pixel as all points are.
+        let chosen = if seen.is_clear() { k.count_ones().is_multiple_of(2) } else { k % 5 == 0 };
+        let light = match at {
+            Some(at) if !chosen && !(few && !seen.is_clear()) => known[at].1,
+            _ => {
+                let light = clamped(stage.develop(&seen, lens.centre, d, 0).light);
+                let at = at.unwrap_or(n_known.min(known.len() - 1));
+                known[at] = (surface, light);
+                n_known = n_known.max(at + 1);
+                light
+            }
+        };
+        sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
+    }
+    let n = offsets.len() as f32;
+    [sum[0] / n, sum[1] / n, sum[2] / n]
+}
+
+/// As [`look_closely`], where only plain solids can be seen.
+fn look_closely_at_plain(
+    stage: &Stage<'_>,
+    lens: &Lens,
+    candidates: Candidates<'_>,
+    (u, v): (usize, usize),
+    offsets: &[[f64; 2]],
+) -> [f32; 3] {
+    let mut sum = [0.0_f32; 3];
+    for some in offsets.chunks(4) {
+        let mut off = [[0.0_f32; 4]; 2];
+        for (k, [right, below]) in some.iter().enumerate() {
+            (off[0][k], off[1][k]) = (*right as f32, *below as f32);
+        }
+        let (d, _) = lens.four_rays((u, v), off.map(f32x4::from));
+        let seen = stage.see_four(d, candidates.things);
+        let looks = stage.look_four(d, seen, candidates.marks);
+        for light in &looks.light[..some.len()] {
+            sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
+        }
+    }
+    let n = offsets.len() as f32;
+    [sum[0] / n, sum[1] / n, sum[2] / n]
+}
+
+/// Collects the columns of row `v` of which the pixel beside, above or below sees another surface.
+///
+/// Neighbours across a corner need not be asked: the corner lies midway between the two others beside it, so
+/// a straight edge that leaves both on the pixel's side does not reach into the pixel.
+fn find_edges(keys: &[u32], width: usize, height: usize, v: usize, edges: &mut Vec<usize>) {
+    let row = |v: usize| &keys[v * width..(v + 1) * width];
+    let here = row(v);
+    let (above, below) = (row(v.saturating_sub(1)), row((v + 1).min(height - 1)));
+    for u in 0..width {
+        let (left, right) = (here[u.saturating_sub(1)], here[(u + 1).min(width - 1)]);
+        let key = here[u];
+        if left != key || right != key || above[u] != key || below[u] != key {
+            edges.push(u);
+        }
+    }
+}
+
+/// Returns the k-th of n places in a pixel (Hammersley's points): all their columns and all their rows
+/// differ, so that an edge along either axis is measured to 1/n of a pixel.
+fn offset(k: u16, n: u16) -> [f64; 2] {
+    let across = (f64::from(k) + 0.5) / f64::from(n);
+    let down = f64::from(k.reverse_bits()) / 65536.0 + 0.5 / f64::from(n.next_power_of_two());
+    [across - 0.5, down - 0.5]
+}

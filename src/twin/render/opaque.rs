@@ -1,0 +1,411 @@
+//! What four rays from the eye see of plain solids: which, how far, and its light; in single precision.
+//!
+//! It is what [`super::trace`] does ray by ray, for the parts of a picture in which there are only solids of
+//! [`super::rays`]: the same light, the same keys, the same shadows. What is hollow, clear or of another form is left to that, also as
+//! what casts a shadow.
+
+use nalgebra::Vector3;
+use wide::f32x4;
+
+use super::BRIGHTEST;
+use super::light::Lighting;
+use super::rays::Four3;
+use super::solid::TOP;
+use super::trace::{Stage, key_of_table, mix};
+use super::view::{NOTHING, TABLE};
+
+/// What four rays meet first.
+pub(super) struct Four {
+    /// How far; infinite where nothing is met.
+    t: f32x4,
+    /// Which thing; [`NO_THING`] where nothing is met.
+    pub(super) things: [u32; 4],
+}
+
+/// No thing of a stage.
+pub(super) const NO_THING: u32 = 1 << 23;
+
+/// What four rays see.
+pub(super) struct Looks {
+    /// Linear light, no brighter than is told apart.
+    pub(super) light: [[f32; 3]; 4],
+    /// As in [`super::trace::Sample`].
+    pub(super) keys: [u64; 4],
+    /// Distances along the rays, m; infinite when nothing is met.
+    pub(super) distances: [f32; 4],
+    /// What is there.
+    pub(super) ids: [u16; 4],
+}
+
+impl Stage<'_> {
+    /// Returns whether all of some things can be met four rays at a time.
+    pub(super) fn are_plain(&self, things: &[u32]) -> bool {
+        things.iter().all(|&k| self.plain[k as usize].is_some())
+    }
+
+    /// Returns what rays from the eye along `d` (unit) meet first among things that are plain.
+    #[inline]
+    pub(super) fn see_four(&self, d: Four3, things: &[u32]) -> Four {
+        let mut t = f32x4::splat(f32::INFINITY);
+        let mut which = f32x4::splat(NO_THING as f32);
+        let least = f32x4::splat(1e-6);
+        for &k in things {
+            let Some(plain) = &self.plain[k as usize] else { continue };
+            let enter = plain.from_eye(d).enter;
+            let is_next = enter.simd_lt(t) & enter.simd_gt(least);
+            t = is_next.bitselect(enter, t);
+            which = is_next.bitselect(f32x4::splat(k as f32), which);
+        }
+        Four { t, things: which.to_array().map(|k| k as u32) }
+    }
+
+    /// Returns the light of what rays from the eye along `d` (unit) met.
+    pub(super) fn look_four(&self, d: Four3, met: Four, marks: &[u32]) -> Looks {
+        let distances = met.t.to_array();
+        let mut looks = Looks { light: [[0.0; 3]; 4], keys: [0; 4], distances, ids: [NOTHING; 4] };
+        let mut is_done = [false; 4];
+        for first in 0..4 {
+            if is_done[first] {
+                continue;
+            }
+            let thing = met.things[first];
+            if thing == NO_THING {
+                let room = self.lighting.room(self.eye, d.lane(first));
+                looks.light[first] = super::clamped(room);
+                continue;
+            }
+            // Where another thing is seen the numbers are not used; they are kept finite.
+            let is_own = met.things.map(|other| other == thing);
+            let mut t = [distances[first]; 4];
+            for k in first..4 {
+                if is_own[k] {
+                    t[k] = distances[k];
+                }
+            }
+            let Some(plain) = &self.plain[thing as usize] else { continue };
+            let t = f32x4::from(t);
+            let (normal, faces) = plain.surface(d, t);
+            let at = Four3::of(self.eye.cast()) + d * t;
+            let id = self.things[thing as usize].id;
+            let on_top = |k: usize| id == TABLE && faces[k] == TOP;
+            let mut take = |(light, keys): ([[f32; 3]; 4], [u64; 4]), of_top: bool| {
+                for k in first..4 {
+                    if is_own[k] && on_top(k) == of_top {
+                        (looks.light[k], looks.keys[k], looks.ids[k]) = (light[k], keys[k], id);
+                        is_done[k] = true;
+                    }
+                }
+            };
+            if (first..4).any(|k| is_own[k] && on_top(k)) {
+                take(self.table_four(at, marks), true);
+            }
+            if (first..4).any(|k| is_own[k] && !on_top(k)) {
+                take(self.light_four(thing as usize, d, at, normal, faces), false);
+            }
+        }
+        looks
+    }
+
+    /// Returns the light of a plain thing at places that rays along `d` meet, and keys that change at its inner edges.
+    fn light_four(
+        &self,
+        index: usize,
+        d: Four3,
+        at: Four3,
+        normal: Four3,
+        faces: [u8; 4],
+    ) -> ([[f32; 3]; 4], [u64; 4]) {
+        let own = &self.things[index];
+        let (lit, steps) = self.lit_four(index, at, normal);
+        let mut keys = [0; 4];
+        for k in 0..4 {
+            keys[k] = mix(u64::from(own.id), u64::from(faces[k]) * 8 + steps[k]);
+        }
+        // Close above the table less of the room is seen.
+        let one = f32x4::splat(1.0);
+        let zero = f32x4::splat(0.0);
+        let open = if at.z.simd_lt(f32x4::splat(0.3)).any() {
+            one - (at.z.fast_max(zero) * f32x4::splat(-50.0)).exp() * f32x4::splat(0.25)
+        } else {
+            one
+        };
+        let lighting = &self.lighting;
+        let gloss = own.paint.specular as f32;
+        let up = normal.z * f32x4::splat(0.5) + f32x4::splat(0.5);
+        let around = f32x4::splat(lighting.ambient as f32)
+            * open
+            * (up * f32x4::splat(0.58) + f32x4::splat(0.42));
+        let towards = Four3::of(lighting.towards().cast());
+        let direct = normal.dot(towards).fast_max(zero) * lit;
+        let (albedo, lamp) = (own.albedo.cast::<f32>(), lighting.lamp().cast::<f32>());
+        let mut light = Four3 {
+            x: f32x4::splat(albedo.x) * (direct * f32x4::splat(lamp.x) + around),
+            y: f32x4::splat(albedo.y) * (direct * f32x4::splat(lamp.y) + around),
+            z: f32x4::splat(albedo.z) * (direct * f32x4::splat(lamp.z) + around),
+        };
+        if gloss > 0.0 {
+            let halfway = towards - d;
+            let cos = normal.dot(halfway).fast_max(zero) / halfway.norm();
+            let shine = power(cos, 12 + (90.0 * gloss * gloss) as u32) * lit;
+            light = light + Four3::of(lamp) * (shine * f32x4::splat(0.9 * gloss));
+        }
+        if gloss > 0.1 {
+            let cos = (-normal.dot(d)).fast_max(zero);
+            let back = d + normal * (cos + cos);
+            // Schlick's form of Fresnel's equations for a lacquer.
+            let left = one - cos;
+            let part = left * left * left * left * left * f32x4::splat(0.96) + f32x4::splat(0.04);
+            light = light + lighting.sheen_four(back) * (part * open * f32x4::splat(gloss));
+        }
+        (lights(light), keys)
+    }
+
+    /// Returns the light of the table's top, marks on it included.
+    fn table_four(&self, at: Four3, marks: &[u32]) -> ([[f32; 3]; 4], [u64; 4]) {
+        let light = self.lighting.table_four(at.x, at.y);
+        let mut light = light.map(|[r, g, b, _]| [r, g, b]);
+        let mut keys = [key_of_table(false); 4];
+        if !marks.is_empty() {
+            for k in 0..4 {
+                let at = at.lane(k);
+                if self.mark_at(at.x, at.y, Some(marks)).is_some() {
+                    light[k] = super::clamped(self.lighting.mark(at.x, at.y).cast());
+                    keys[k] = key_of_table(true);
+                }
+            }
+        }
+        (light, keys)
+    }
+
+    /// Returns the part of the lamp that places on a body see, and numbers that change with it.
+    fn lit_four(&self, index: usize, at: Four3, normal: Four3) -> (f32x4, [u64; 4]) {
+        let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
+        let towards = Four3::of(self.lighting.towards().cast());
+        let faces = normal.dot(towards).simd_gt(zero);
+        let samples = self.lighting.samples();
+        if samples.is_empty() || !faces.any() {
+            return (faces & one, [0; 4]);
+        }
+        let from = at + normal * f32x4::splat(1e-4);
+        let sine = f32x4::splat(self.lighting.sine() as f32);
+        let may_shade = |caster: u32| {
+            let thing = &self.things[caster as usize];
+            let to = Four3::of(thing.centre.cast()) - from;
+            let (along, far2) = (to.dot(towards), to.dot(to));
+            let reach = f32x4::splat(thing.radius as f32) + sine * far2.sqrt();
+            let off2 = far2 - along * along;
+            (along.simd_ge(-reach) & off2.simd_le(reach * reach) & faces).any()
+        };
+        let mut near = [0_u32; 24];
+        let mut n_near = 0;
+        let beside = &self.casters[index];
+        let casters = if beside.len() > near.len() {
+            beside.as_slice()
+        } else {
+            for &caster in beside {
+                if may_shade(caster) {
+                    near[n_near] = caster;
+                    n_near += 1;
+                }
+            }
+            &near[..n_near]
+        };
+        if casters.is_empty() {
+            // All of the lamp: as many steps as there are looks at it, twice.
+            let steps = faces.to_bitmask();
+            let all = 2 * samples.len() as u64;
+            let step = |k: u32| if steps >> k & 1 == 1 { all } else { 0 };
+            return (faces & one, [step(0), step(1), step(2), step(3)]);
+        }
+        let mut seen = zero;
+        for to in samples {
+            let d = Four3::of(to.cast());
+            let mut left = faces & one;
+            for &caster in casters {
+                let dark = self.darkened(caster, from, d, to, left);
+                left = left.fast_min(dark);
+                if !left.simd_gt(zero).any() {
+                    break;
+                }
+            }
+            seen = seen + left;
+        }
+        let lit = seen * f32x4::splat(1.0 / samples.len() as f32);
+        (lit, (seen + seen).to_array().map(|steps| steps as u64))
+    }
+
+    /// Returns how much light a thing lets through on the way to a point of the lamp, where any is `left` to be lost.
+    fn darkened(
+        &self,
+        caster: u32,
+        from: Four3,
+        d: Four3,
+        to: &Vector3<f64>,
+        left: f32x4,
+    ) -> f32x4 {
+        let one = f32x4::splat(1.0);
+        let thing = &self.things[caster as usize];
+        if let Some(plain) = &self.plain[caster as usize] {
+            let blocks = plain.from(from, d).leave.simd_gt(f32x4::splat(1e-6));
+            return blocks.bitselect(f32x4::splat(0.0), one);
+        }
+        let through = if thing.paint.transparent { 0.7 } else { 0.0 };
+        let left = left.to_array();
+        let mut passes = [1.0_f32; 4];
+        for k in 0..4 {
+            let from = from.lane(k);
+            let is_lit = left[k] > through;
+            if is_lit && thing.near(from, *to, f64::INFINITY) && thing.blocks(from, *to) {
+                passes[k] = through;
+            }
+        }
+        f32x4::from(passes)
+    }
+}
+
+impl Lighting {
+    /// As [`Self::sheen`], in four directions.
+    fn sheen_four(&self, d: Four3) -> Four3 {
+        let level = self.level() as f32;
+        let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
+        let is_down = d.z.simd_lt(zero);
+        let room = (d.z * f32x4::splat(0.25) + f32x4::splat(0.30)) * f32x4::splat(level);
+        let mut above = Four3 { x: room, y: room, z: room };
+        let cos = d.dot(Four3::of(self.towards().cast())).fast_min(one);
+        let [from, spread, edge] = self.lamp_edge();
+        let sees_lamp = cos.simd_ge(f32x4::splat(from)) & d.z.simd_ge(zero);
+        if sees_lamp.any() {
+            let off = (cos.fast_max(zero).acos() - f32x4::splat(spread)) * f32x4::splat(1.0 / edge);
+            let lamp = one - off.fast_max(zero).fast_min(one);
+            let part = sees_lamp & (lamp * lamp * f32x4::splat(12.0));
+            above = above + Four3::of(self.lamp().cast()) * part;
+        }
+        let below = Four3::of((self.table() * (0.55 * self.level())).cast());
+        Four3 {
+            x: is_down.bitselect(below.x, above.x),
+            y: is_down.bitselect(below.y, above.y),
+            z: is_down.bitselect(below.z, above.z),
+        }
+    }
+}
+
+/// Returns x to a whole power.
+#[inline]
+fn power(x: f32x4, n: u32) -> f32x4 {
+    let (mut result, mut square, mut n) = (f32x4::splat(1.0), x, n);
+    while n > 0 {
+        if n & 1 == 1 {
+            result = result * square;
+        }
+        square = square * square;
+        n >>= 1;
+    }
+    result
+}
+
+/// Returns four lights one by one, none brighter than is told apart.
+#[inline]
+fn lights(light: Four3) -> [[f32; 3]; 4] {
+    let cut = |x: f32x4| x.fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(BRIGHTEST)).to_array();
+    let (r, g, b) = (cut(light.x), cut(light.y), cut(light.z));
+    [[r[0], g[0], b[0]], [r[1], g[1], b[1]], [r[2], g[2], b[2]], [r[3], g[3], b[3]]]
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Vector3};
+
+    use super::*;
+    use crate::twin::render::lens::Lens;
+    use crate::twin::render::trace::Candidates;
+    use crate::twin::render::{Body, Light, Options, Paint, Shape, View};
+    use crate::world::{Camera, Intrinsics, Mark, Table};
+
+    /// A table with a box, a cylinder, a capsule, a ball and a glass over them, all turned.
+    fn view() -> View {
+        let body = |shape, [x, y, z]: [f64; 3], turn: f64, paint| Body {
+            name: String::new(),
+            shape,
+            world_from_body: Isometry3::new(
+                Vector3::new(x, y, z),
+                Vector3::new(0.3, -0.2, 1.0) * turn,
+            ),
+            paint,
+        };
+        let grey = |specular| Paint::opaque([150, 140, 120], specular);
+        let cylinder = |radius, length| Shape::Cylinder { radius, length };
+        View {
+            table: Table {
+                size: Vector3::new(1.0, 0.8, 0.02),
+                centre: [0.5, 0.0],
+                colour: [200, 176, 144],
+            },
+            marks: vec![Mark { x: 0.4, y: 0.1, radius: 0.02 }],
+            bodies: vec![
+                body(Shape::Cuboid(Vector3::new(0.2, 0.1, 0.15)), [0.5, 0.1, 0.1], 0.7, grey(0.4)),
+                body(cylinder(0.06, 0.2), [0.4, -0.1, 0.12], 0.4, grey(0.05)),
+                body(
+                    Shape::Capsule { radius: 0.04, length: 0.3 },
+                    [0.6, -0.1, 0.2],
+                    1.4,
+                    grey(0.5),
+                ),
+                body(Shape::Sphere(0.05), [0.7, 0.15, 0.05], 0.0, grey(0.0)),
+                body(cylinder(0.1, 0.05), [0.55, 0.0, 0.5], 0.2, Paint::glass()),
+            ],
+            water: Vec::new(),
+            particle_radius: 0.004,
+            light: Light::default(),
+            marker: None,
+        }
+    }
+
+    #[test]
+    fn four_rays_see_what_each_of_them_sees() {
+        let mut intrinsics = Intrinsics::centred(300.0, 320, 240);
+        (intrinsics.k1, intrinsics.skew) = (-0.15, 0.4);
+        for (tangential, shadows) in [(0.0, true), (1e-3, false)] {
+            intrinsics.p1 = tangential;
+            let camera = Camera::looking(
+                intrinsics,
+                Vector3::new(1.3, 0.2, 0.7),
+                Vector3::new(0.5, 0.0, 0.05),
+            );
+            let (view, lens) = (view(), Lens::new(&camera));
+            let options = Options { shadows, ..Options::default() };
+            let stage = Stage::new(&view, options, lens.centre);
+            let things: Vec<u32> = (0..5).collect();
+            assert!(stage.are_plain(&things) && !stage.are_plain(&[5]));
+            let candidates = Candidates { things: &things, marks: &[0] };
+            let (mut n, mut apart, mut shaded) = (0, 0, 0);
+            for v in (0..240).step_by(3) {
+                for u in (0..320).step_by(4) {
+                    let beside = [[0.0, 1.0, 2.0, 3.0], [0.25; 4]].map(f32x4::from);
+                    let (d, length) = lens.four_rays((u, v), beside);
+                    let met = stage.see_four(d, &things);
+                    let four = stage.look_four(d, met, &[0]);
+                    for k in 0..4 {
+                        let ray = lens.direction((u + k) as f64, v as f64 + 0.25);
+                        assert!((f64::from(length.to_array()[k]) - ray.norm()).abs() < 1e-6);
+                        let one = stage.look(lens.centre, ray.normalize(), Some(candidates), 0);
+                        n += 1;
+                        shaded += usize::from(one.id > TABLE);
+                        // On an outline the last digit says which side a ray is on.
+                        if one.id != four.ids[k] || one.key != four.keys[k] {
+                            apart += 1;
+                            continue;
+                        }
+                        if one.id != NOTHING {
+                            let off = (one.distance - f64::from(four.distances[k])).abs();
+                            assert!(off < 2e-5, "{u} {v} {k}: {off}");
+                        }
+                        let light = one.light.cast::<f32>() - Vector3::from(four.light[k]);
+                        assert!(light.amax() < 2e-3, "{u} {v} {k}: {light}");
+                    }
+                }
+            }
+            assert!(apart * 1000 < n, "{apart} of {n}");
+            assert!(shaded * 10 > n, "{shaded} of {n}");
+        }
+    }
+}
