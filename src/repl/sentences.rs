@@ -10,6 +10,7 @@ use crate::files::{self, write};
 use crate::language::ast::Step;
 use crate::language::parse_line;
 use crate::language::sentence::{self, Knowledge, Meaning, Phrase, Understood};
+use crate::report::exit::Exit;
 use crate::report::{self, Failure, Style};
 
 use super::Session;
@@ -206,7 +207,10 @@ impl Session<'_, '_> {
                     None => _ = self.asked(&line)?,
                 }
             }
-            Meaning::Impossible { .. } => self.style.say(told),
+            Meaning::Impossible { .. } => {
+                self.style.say(told);
+                self.worsen(Exit::No as u8);
+            }
             Meaning::Unknown { help } => {
                 if self.proposed(said)? {
                     return Ok(());
