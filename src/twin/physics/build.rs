@@ -174,7 +174,7 @@ impl Physics {
                 .expect("each body of a tree is joined to one parent");
             let axis = joint_axis(moved);
             let range = range.iter().all(|limit| limit.is_finite()).then_some(range);
-            let joint = Joint { handle, axis, body: i, range };
+            let joint = Joint { handle, axis, body: i, range, effort };
             if limits.is_some() { self.arm.push(joint) } else { self.jaws.push(joint) }
         }
     }

@@ -1,7 +1,7 @@
 //! Rigid bodies, joints and contacts: the engine, set up as measurement advises.
 //!
 //! The arm is one multibody in reduced coordinates, its joints driven by torque-limited position
-//! servos; the jaws are two sliding joints coupled to move alike. Objects are free bodies, vessels made
+//! servos (`servo.rs`); the jaws are two sliding joints coupled to move alike. Objects are free bodies, vessels made
 //! of thin walls. Water is not known here; it comes in as an inertia added to a vessel.
 //!
 //! The engine's defaults are tuned for games at the scale of metres and let a held jar creep by
@@ -9,6 +9,7 @@
 
 mod build;
 mod creep;
+mod servo;
 mod tree;
 
 use nalgebra::{Isometry3, Vector3};
@@ -23,6 +24,7 @@ use rapier3d_f64::geometry::{
 use rapier3d_f64::pipeline::{PhysicsHooks, PhysicsPipeline};
 use rapier3d_f64::utils::OrthonormalBasis;
 
+use servo::Parts;
 pub use tree::{Body, Tree};
 
 use super::convert::{from_engine, inertia_to_engine, pose_from_engine, to_engine};
@@ -53,6 +55,8 @@ struct Joint {
     body: usize,
     /// Where it ends, rad or m, if it does.
     range: Option<[f64; 2]>,
+    /// The most its servo gives, N·m or N.
+    effort: f64,
 }
 
 /// The rigid world: arm, gripper, table and objects.
@@ -60,6 +64,9 @@ pub struct Physics {
     /// The arm's bodies and their inertia.
     pub tree: Tree,
     gravity: Vector3<f64>,
+    parts: Parts,
+    /// Whether something touched the arm in the last step.
+    touched: bool,
     parameters: IntegrationParameters,
     pipeline: PhysicsPipeline,
     islands: IslandManager,
@@ -85,6 +92,8 @@ impl Clone for Physics {
         Self {
             tree: self.tree.clone(),
             gravity: self.gravity,
+            parts: self.parts,
+            touched: self.touched,
             parameters: self.parameters,
             // The pipeline is scratch memory only; all that lasts from step to step is in the sets.
             pipeline: PhysicsPipeline::new(),
@@ -147,6 +156,9 @@ impl Physics {
         let mut world = Self {
             tree: Tree::new(robot)?,
             gravity: settings.gravity,
+            parts: Parts { touched: settings.solver_iterations, alone: settings.iterations_alone },
+            // Nothing is known of contacts before the first step.
+            touched: true,
             parameters: parameters(settings),
             pipeline: PhysicsPipeline::new(),
             islands: IslandManager::new(),
@@ -192,6 +204,8 @@ impl Physics {
             hooks,
             &(),
         );
+        self.touched = self.is_touched();
+        self.divide(!self.touched);
     }
 
     /// Tells the engine of the limits of joints that are near one: of all others they ask for nothing, and the engine
@@ -233,33 +247,6 @@ impl Physics {
     fn speed(&self, joint: &Joint) -> f64 {
         let (multibody, link) = self.multibody_joints.get(joint.handle).expect("never removed");
         multibody.link(link).map_or(f64::NAN, |link| multibody.joint_velocity(link)[0])
-    }
-
-    /// Sets position (rad) and speed (rad/s) the arm's servos aim at.
-    pub fn aim_arm(&mut self, q: &[f64], dq: &[f64], settings: &Settings) {
-        for (i, joint) in self.arm.clone().into_iter().enumerate() {
-            let (kp, kd) = (settings.arm.kp[i], settings.arm.kd[i]);
-            self.aim(&joint, q[i], dq[i], kp, kd, None);
-        }
-    }
-
-    /// Sets where each jaw should be (m from the middle), how fast it goes there (m/s), and with how
-    /// much force at most (N).
-    pub fn aim_jaws(&mut self, position: f64, speed: f64, force: f64, settings: &Settings) {
-        for joint in self.jaws.clone() {
-            let (kp, kd) = (settings.gripper.kp, settings.gripper.kd);
-            self.aim(&joint, position, speed, kp, kd, Some(force));
-        }
-    }
-
-    fn aim(&mut self, joint: &Joint, q: f64, dq: f64, kp: f64, kd: f64, force: Option<f64>) {
-        let (multibody, link) = self.multibody_joints.get_mut(joint.handle).expect("never removed");
-        if let Some(link) = multibody.link_mut(link) {
-            link.joint.data.set_motor(joint.axis, q, dq, kp, kd);
-            if let Some(force) = force {
-                link.joint.data.set_motor_max_force(joint.axis, force);
-            }
-        }
     }
 
     /// Returns the pose in the world of a body of the arm.
@@ -433,7 +420,7 @@ mod tests {
     use crate::world::{ObjectState, Pose, Shape, object, scene};
 
     /// An arm at rest with open jaws, and things around it.
-    fn around(robot: &Robot, objects: Vec<ObjectState>) -> WorldState {
+    pub(super) fn around(robot: &Robot, objects: Vec<ObjectState>) -> WorldState {
         WorldState {
             time: 0.0,
             q: vec![0.0; robot.n_joints()],
