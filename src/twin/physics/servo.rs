@@ -97,9 +97,11 @@ impl Physics {
         let moved = self.links.iter().skip(1);
         let mut colliders = moved.flat_map(|link| self.bodies[*link].colliders());
         colliders.any(|&collider| {
-            let mut manifolds = (self.narrow_phase.contact_pairs_with(collider))
-                .flat_map(|pair| pair.solver_manifolds());
-            manifolds.any(|manifold| !manifold.data.solver_contacts.is_empty())
+            let mut pairs = self.narrow_phase.contact_pairs_with(collider);
+            pairs.any(|pair| {
+                let mut manifolds = pair.solver_manifolds().iter();
+                manifolds.any(|manifold| !manifold.data.solver_contacts.is_empty())
+            })
         })
     }
 }
