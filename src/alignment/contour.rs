@@ -6,7 +6,7 @@
 //!
 //! Source: Suzuki and Abe, CVGIP 1985 (borders); the paper's failure "contour not smooth".
 
-use image::GrayImage;
+use image::{GrayImage, imageops};
 use imageproc::contours::{BorderType, find_contours};
 use nalgebra::Vector2;
 
@@ -23,40 +23,78 @@ pub struct Smoothness {
     pub solidity: f64,
 }
 
-/// Returns the longest outer border of a mask, smoothed along itself by a Gaussian of `sigma` px; `None`
-/// when there is none of 20 px or more. Points are the mask's outermost pixels, about a pixel apart.
-pub(super) fn outer_border(mask: &GrayImage, sigma: f64) -> Option<Vec<Vector2<f64>>> {
-    let border: Vec<Vector2<f64>> = find_contours::<i32>(mask)
-        .into_iter()
-        .filter(|c| c.border_type == BorderType::Outer)
-        .max_by_key(|c| c.points.len())?
-        .points
-        .iter()
-        .map(|p| Vector2::new(f64::from(p.x), f64::from(p.y)))
-        .collect();
-    let n = border.len();
-    if n < 20 {
-        return None;
+/// The longest outer border of a mask, as its outermost pixels, about a pixel apart: looked for once, smoothed as often as
+/// is asked.
+pub(super) struct Border(Vec<Vector2<f64>>);
+
+impl Border {
+    /// Follows the border; `None` when there is none of 20 px or more.
+    pub(super) fn of(mask: &GrayImage) -> Option<Self> {
+        let [x0, y0, x1, y1] = held(mask)?;
+        // With one empty pixel around it, if the picture has one there, as in the whole picture.
+        let (u, v) = (x0.saturating_sub(1), y0.saturating_sub(1));
+        let (w, h) = (mask.width().min(x1 + 2) - u, mask.height().min(y1 + 2) - v);
+        let part = imageops::crop_imm(mask, u, v, w, h).to_image();
+        let (u, v) = (f64::from(u), f64::from(v));
+        let border: Vec<Vector2<f64>> = find_contours::<i32>(&part)
+            .into_iter()
+            .filter(|c| c.border_type == BorderType::Outer)
+            .max_by_key(|c| c.points.len())?
+            .points
+            .iter()
+            .map(|p| Vector2::new(f64::from(p.x) + u, f64::from(p.y) + v))
+            .collect();
+        (border.len() >= 20).then_some(Self(border))
     }
-    let reach = (3.0 * sigma).ceil() as usize;
-    let smooth = (0..n).map(|i| {
-        let (mut sum, mut weight) = (Vector2::zeros(), 0.0);
-        for k in 0..=2 * reach {
-            let w = (-0.5 * ((k as f64 - reach as f64) / sigma).powi(2)).exp();
-            sum += w * border[(i + n + k - reach) % n];
-            weight += w;
+
+    /// Returns the border smoothed along itself by a Gaussian of `sigma` px.
+    pub(super) fn smooth(&self, sigma: f64) -> Vec<Vector2<f64>> {
+        let Self(border) = self;
+        let n = border.len();
+        let reach = (3.0 * sigma).ceil() as usize;
+        let weights: Vec<f64> = (0..=2 * reach)
+            .map(|k| (-0.5 * ((k as f64 - reach as f64) / sigma).powi(2)).exp())
+            .collect();
+        let smooth = (0..n).map(|i| {
+            let (mut sum, mut weight) = (Vector2::zeros(), 0.0);
+            for (k, w) in weights.iter().enumerate() {
+                sum += *w * border[(i + n + k - reach) % n];
+                weight += w;
+            }
+            sum / weight
+        });
+        smooth.collect()
+    }
+}
+
+/// Returns the columns and rows, first and last, of what is not zero in a mask; `None` of an empty one.
+pub(super) fn held(mask: &GrayImage) -> Option<[u32; 4]> {
+    let w = mask.width() as usize;
+    let rows = || mask.as_raw().chunks_exact(w.max(1));
+    let is_held = |row: &[u8]| row.iter().any(|value| *value > 0);
+    let y0 = rows().position(is_held)?;
+    let y1 = rows().rposition(is_held)?;
+    let (mut x0, mut x1) = (w, 0);
+    for row in rows().take(y1 + 1).skip(y0) {
+        if let Some(first) = row.iter().position(|value| *value > 0) {
+            x0 = x0.min(first);
+            x1 = x1.max(row.iter().rposition(|value| *value > 0).unwrap_or(first));
         }
-        sum / weight
-    });
-    Some(smooth.collect())
+    }
+    Some([x0, y0, x1, y1].map(|at| at as u32))
 }
 
 impl Smoothness {
     /// Measures the longest outer border of a mask; `None` when there is none of 20 px or more.
     pub fn of(mask: &GrayImage) -> Option<Self> {
+        Border::of(mask).map(|border| Self::along(&border))
+    }
+
+    /// As [`Self::of`], of a border that is known.
+    pub(super) fn along(border: &Border) -> Self {
         // Turning is that of the outline, not of its pixels: smoothed by a hundredth of its length.
-        let length = outer_border(mask, 2.0)?.len() as f64;
-        let smooth = outer_border(mask, (0.012 * length).max(2.0))?;
+        let length = border.0.len() as f64;
+        let smooth = border.smooth((0.012 * length).max(2.0));
         let n = smooth.len();
         let step = |i: usize| smooth[(i + 1) % n] - smooth[i % n];
         let turning = (0..n)
@@ -73,11 +111,11 @@ impl Smoothness {
         let area = |p: &[Vector2<f64>]| {
             (0..p.len()).map(|i| p[i].perp(&p[(i + 1) % p.len()])).sum::<f64>().abs() / 2.0
         };
-        Some(Self {
+        Self {
             turning,
             hull_ratio: length(&smooth) / length(&hull).max(1e-9),
             solidity: area(&smooth) / area(&hull).max(1e-9),
-        })
+        }
     }
 
     /// Returns whether all three numbers are those of a good mask.
@@ -108,5 +146,23 @@ mod tests {
         assert!(!Smoothness::of(&ragged).unwrap().is_smooth());
         assert!(!Smoothness::of(&bitten).unwrap().is_smooth());
         assert_eq!(Smoothness::of(&mask(|_, _| false)), None);
+    }
+
+    /// A border is followed in the part of a picture that holds the mask: also where that ends with the picture.
+    #[test]
+    fn borders_are_those_of_the_whole_picture() {
+        for (x, y) in [(0.0, 0.0), (-70.0, 10.0), (75.0, -60.0), (-60.0, 75.0)] {
+            let mask = mask(|u, v| (u - x).hypot(v - y) < 30.0);
+            let whole = find_contours::<i32>(&mask)
+                .into_iter()
+                .filter(|c| c.border_type == BorderType::Outer)
+                .max_by_key(|c| c.points.len());
+            let whole: Vec<Vector2<f64>> = whole
+                .into_iter()
+                .flat_map(|c| c.points)
+                .map(|p| Vector2::new(f64::from(p.x), f64::from(p.y)))
+                .collect();
+            assert_eq!(Border::of(&mask).map_or_else(Vec::new, |border| border.0), whole);
+        }
     }
 }

@@ -106,7 +106,7 @@ pub enum Unmeasured {
     Uncut,
 }
 
-/// Measures what stands in a box of the picture, `[u0, v0, u1, v1]` px, as [`super::vision::unexplained_regions`] finds it.
+/// Measures what stands in a box of the picture, `[u0, v0, u1, v1]` px, as [`super::vision::Look::unexplained_regions`] finds it.
 ///
 /// # Errors
 ///

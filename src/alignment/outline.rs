@@ -237,29 +237,31 @@ pub(super) fn inside_convex(polygon: &[Vector2<f64>], p: Vector2<f64>) -> bool {
 /// Returns the convex hull, counter-clockwise with v down being clockwise to the eye (monotone chain).
 pub(super) fn convex_hull(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     sorted.dedup_by(|a, b| (*a - *b).norm() < 1e-9);
     if sorted.len() < 3 {
         return sorted;
     }
-    let half = |points: &mut dyn Iterator<Item = &Vector2<f64>>| {
-        let mut chain: Vec<Vector2<f64>> = Vec::new();
-        for &p in points {
-            while chain.len() >= 2 {
-                let (a, b) = (chain[chain.len() - 2], chain[chain.len() - 1]);
-                if (b - a).perp(&(p - a)) > 0.0 {
-                    break;
-                }
-                chain.pop();
-            }
-            chain.push(p);
-        }
-        chain.pop();
-        chain
-    };
-    let mut hull = half(&mut sorted.iter());
-    hull.extend(half(&mut sorted.iter().rev()));
+    let mut hull = Vec::with_capacity(sorted.len() + 1);
+    half_hull(&mut hull, sorted.iter());
+    half_hull(&mut hull, sorted.iter().rev());
     hull
+}
+
+/// Adds one side of a convex hull, of points in the order of their columns, without its last point.
+fn half_hull<'p>(hull: &mut Vec<Vector2<f64>>, points: impl Iterator<Item = &'p Vector2<f64>>) {
+    let first = hull.len();
+    for &p in points {
+        while hull.len() >= first + 2 {
+            let (a, b) = (hull[hull.len() - 2], hull[hull.len() - 1]);
+            if (b - a).perp(&(p - a)) > 0.0 {
+                break;
+            }
+            hull.pop();
+        }
+        hull.push(p);
+    }
+    hull.pop();
 }
 
 /// Adds an edge of body points; the normal is turned away from `inside` (px) for silhouettes.
@@ -275,7 +277,8 @@ fn push_edge(
     let mut before = points.pixel(body(0.0))?;
     for i in 0..n {
         let t = (i as f64 + 0.5) / n as f64;
-        let pixel = points.pixel(body(t))?;
+        let body_at = body(t);
+        let pixel = points.pixel(body_at)?;
         let after = points.pixel(body((i + 1) as f64 / n as f64))?;
         let along = after - before;
         let length = along.norm();
@@ -284,7 +287,7 @@ fn push_edge(
             normal = -normal;
         }
         if length > 1e-6 {
-            samples.push(Sample { pixel, normal, body: body(t), length, kind, edge });
+            samples.push(Sample { pixel, normal, body: body_at, length, kind, edge });
         }
         before = after;
     }
@@ -361,21 +364,23 @@ fn cylinder(
     if opening.is_none() && !sees_top && !sees_bottom {
         return None;
     }
-    let rim = |phi: f64, z: f64| Vector3::new(radius * phi.cos(), radius * phi.sin(), z);
+    let round = |phi: f64| Vector2::new(radius * phi.cos(), radius * phi.sin());
+    let rim = |phi: f64, z: f64| round(phi).push(z);
     let points = view.of(pose);
     let inside = points.pixel(Vector3::new(0.0, 0.0, height / 2.0))?;
     let mut outline = Outline::default();
     let mut rims = Vec::with_capacity(68);
     for i in 0..32 {
-        let phi = std::f64::consts::TAU * f64::from(i) / 32.0 + facing;
+        let on_rim = round(std::f64::consts::TAU * f64::from(i) / 32.0 + facing);
         for z in [0.0, height] {
-            rims.push(points.pixel(rim(phi, z))?);
+            rims.push(points.pixel(on_rim.push(z))?);
         }
     }
-    if let Some(half) = opening {
-        for phi in [facing - half, facing + half] {
+    let sides = opening.map(|half| [facing - half, facing + half].map(round));
+    if let Some(sides) = sides {
+        for side in sides {
             for z in [0.0, height] {
-                let pixel = points.pixel(rim(phi, z))?;
+                let pixel = points.pixel(side.push(z))?;
                 rims.push(pixel);
                 outline.key_points.push(pixel);
             }
@@ -383,9 +388,9 @@ fn cylinder(
     }
     outline.hull = convex_hull(&rims);
     let samples = &mut outline.samples;
-    if let Some(half) = opening {
-        for phi in [facing - half, facing + half] {
-            let side = |t: f64| rim(phi, t * height);
+    if let Some(sides) = sides {
+        for side in sides {
+            let side = |t: f64| side.push(t * height);
             push_edge(samples, &points, side, per_edge, Kind::Silhouette, inside)?;
         }
     }

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::doubt::Doubt;
 use super::likeness::likeness;
 use super::outline::{Kind, ObjectPose, Outline, Projector, Sample, inside_convex};
-use super::picture::{Level, Picture, Plane, QUARTER};
+use super::picture::{Level, Picture, Plane, QUARTER, nearest};
 use super::refine::{self, Fit};
 use crate::world::{Material, Object, Shape};
 
@@ -37,12 +37,12 @@ pub struct Hidden {
 impl Hidden {
     /// Returns whether a pixel is covered.
     pub fn covers(&self, p: Vector2<f64>) -> bool {
-        let (x, y) = (p.x.round(), p.y.round());
         let masked = self.mask.as_ref().is_some_and(|mask| {
-            x >= 0.0
-                && y >= 0.0
-                && x < f64::from(mask.width())
-                && y < f64::from(mask.height())
+            let (x, y) = (nearest(p.x), nearest(p.y));
+            x >= 0
+                && y >= 0
+                && x < i64::from(mask.width())
+                && y < i64::from(mask.height())
                 && mask.get_pixel(x as u32, y as u32).0[0] > 0
         });
         masked || self.hulls.iter().any(|hull| inside_convex(hull, p))
@@ -298,15 +298,7 @@ impl<'a> Evidence<'a> {
             return Score { visible, ..Score::default() };
         }
         let edge = support.iter().map(|s| s.0 * s.1).sum::<f64>() / seen;
-        support.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        let (mut weak, mut weight) = (0.0, 0.0);
-        for (value, length) in support {
-            if weight >= seen / WEAKEST_PART {
-                break;
-            }
-            weak += value * length;
-            weight += length;
-        }
+        let (weak, weight) = weakest(&mut support, seen / WEAKEST_PART);
         // A whole edge without support (the foot of a tube whose sides fit) weighs as much as a third.
         let worst_edge = by_edge
             .iter()
@@ -365,11 +357,11 @@ impl<'a> Evidence<'a> {
             if !judged(p) || is_mixed(p) {
                 continue;
             }
-            let [x, y] = [p.x, p.y].map(|at| ((at + 0.5) / QUARTER - 0.5).round());
+            let [x, y] = [p.x, p.y].map(|at| nearest((at + 0.5) / QUARTER - 0.5));
             counts[place] += 1.0;
-            sums[place][0] += f64::from(self.change.at(x as i64, y as i64));
+            sums[place][0] += f64::from(self.change.at(x, y));
             if let Some(colour) = &self.colour {
-                sums[place][1] += f64::from(colour.at(x as i64, y as i64));
+                sums[place][1] += f64::from(colour.at(x, y));
             }
         }
         let mean = |place: usize, what: usize| sums[place][what] / counts[place].max(1.0);
@@ -397,7 +389,7 @@ impl<'a> Evidence<'a> {
     pub fn search(&self, window: &Window, n: usize) -> Searched {
         let symmetry = self.object.shape.symmetry();
         let place = self.object.shape.outer_radius();
-        let distinct = |all, kept| distinct(all, kept, symmetry, (n, place));
+        let distinct = |all: &[Candidate], kept| distinct(all, kept, symmetry, (n, place));
         let n_yaw = if symmetry > 0.0 { (symmetry / GRID_YAW).round() as usize } else { 1 };
         let steps = |range: [f64; 2]| {
             let n = ((range[1] - range[0]) / GRID_M).ceil().max(0.0) as usize;
@@ -420,17 +412,17 @@ impl<'a> Evidence<'a> {
                 })
             })
             .collect();
-        let coarse = distinct(all, COARSE);
+        let coarse = distinct(&all, COARSE);
         let finer: Vec<Candidate> =
             coarse.par_iter().map(|c| self.climb(c, 1, POINTS[1], CLIMB)).collect();
-        let alike = distinct(finer.clone(), COARSE);
-        let mut finer = distinct(finer, FINER);
+        let alike = distinct(&finer, COARSE);
+        let mut finer = distinct(&finer, FINER);
         if !matches!(self.object.shape, Shape::Cuboid { .. } | Shape::Cylinder { .. }) {
             finer.extend(self.looked_around(&finer, n));
-            finer = distinct(finer, FINER);
+            finer = distinct(&finer, FINER);
         }
         let fitted: Vec<Candidate> = finer.par_iter().map(|c| self.fit(c)).collect();
-        Searched { best: distinct(fitted, (FITTED, FINER.1, FINER.2)), alike }
+        Searched { best: distinct(&fitted, (FITTED, FINER.1, FINER.2)), alike }
     }
 
     /// Whether something is in front of a part of a candidate's outline.
@@ -453,7 +445,7 @@ impl<'a> Evidence<'a> {
         let symmetry = self.object.shape.symmetry();
         let n_yaw = if symmetry > 0.0 { (symmetry / GRID_YAW).round() as usize } else { 1 };
         let one_each = distinct(
-            places.to_vec(),
+            places,
             (AROUND.0 * n, self.object.shape.outer_radius(), PI),
             symmetry,
             (1, 0.0),
@@ -554,6 +546,32 @@ impl<'a> Evidence<'a> {
     }
 }
 
+/// Returns the sum of values times their weights, and that of the weights, of the least values that make up so much weight.
+/// Only these are put in order.
+fn weakest(values: &mut [(f64, f64)], most: f64) -> (f64, f64) {
+    let by_value = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1));
+    let half = values.len() / 2;
+    if half > 0 {
+        values.select_nth_unstable_by(half, by_value);
+    }
+    let (least, more) = values.split_at_mut(half);
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for part in [least, more] {
+        if weight >= most {
+            break;
+        }
+        part.sort_unstable_by(by_value);
+        for (value, length) in part {
+            if weight >= most {
+                break;
+            }
+            sum += *value * *length;
+            weight += *length;
+        }
+    }
+    (sum, weight)
+}
+
 /// Returns the yaw between -symmetry/2 and symmetry/2, 0 for a cylinder.
 pub(super) fn reduce(yaw: f64, shape: &Shape) -> f64 {
     let symmetry = shape.symmetry();
@@ -563,14 +581,18 @@ pub(super) fn reduce(yaw: f64, shape: &Shape) -> f64 {
 /// Keeps the best candidates that differ by more than `apart` m or `turned` rad: `most` of them times the `n` things that are
 /// looked for, and of each place, `wide` m, no more than `most`.
 fn distinct(
-    mut candidates: Vec<Candidate>,
+    candidates: &[Candidate],
     (most, apart, turned): (usize, f64, f64),
     symmetry: f64,
     (n, wide): (usize, f64),
 ) -> Vec<Candidate> {
-    candidates.sort_by(|a, b| b.score.total.total_cmp(&a.score.total));
+    // Candidates are long, and most are not even looked at.
+    let mut order: Vec<(f64, usize)> =
+        candidates.iter().enumerate().map(|(at, c)| (c.score.total, at)).collect();
+    order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut kept: Vec<Candidate> = Vec::new();
-    for candidate in candidates {
+    for (_, at) in order {
+        let candidate = candidates[at];
         let same = |other: &Candidate| {
             let turn = if symmetry > 0.0 {
                 let difference = (candidate.yaw - other.yaw).rem_euclid(symmetry);

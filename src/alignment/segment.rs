@@ -72,29 +72,44 @@ impl TableModel {
         if rows.len() < 100 {
             return None;
         }
+        let colours: Vec<[f64; 3]> = rows
+            .iter()
+            .map(|(at, _)| [0, 1, 2].map(|c| f64::from(picture.small[c].data[*at])))
+            .collect();
         let mut channels = [Coefficients::zeros(); 3];
         let mut spread = [1.0; 3];
         // All channels share the weights: a blue cup is as little table in lightness as in colour.
         let mut weights = vec![1.0; rows.len()];
+        let (mut square, mut off) = (vec![0.0; rows.len()], vec![0.0; rows.len()]);
         for round in 0..12 {
-            let mut square = vec![0.0; rows.len()];
+            // The lower half is what Cholesky's way looks at.
+            let mut normal = SMatrix::<f64, 6, 6>::zeros();
+            let mut rhs = [Coefficients::zeros(); 3];
+            for (((_, row), colour), weight) in rows.iter().zip(&colours).zip(&weights) {
+                let weighted = *weight * row;
+                for j in 0..6 {
+                    for i in j..6 {
+                        normal[(i, j)] += weighted[i] * row[j];
+                    }
+                }
+                for (rhs, value) in rhs.iter_mut().zip(colour) {
+                    *rhs += weighted * *value;
+                }
+            }
+            for k in 0..6 {
+                normal[(k, k)] += 1e-6;
+            }
+            let halves = normal.cholesky()?;
+            square.fill(0.0);
             for c in 0..3 {
-                let (mut normal, mut rhs) = (SMatrix::<f64, 6, 6>::zeros(), Coefficients::zeros());
-                for ((at, row), weight) in rows.iter().zip(&weights) {
-                    normal += *weight * row * row.transpose();
-                    rhs += *weight * row * f64::from(picture.small[c].data[*at]);
+                channels[c] = halves.solve(&rhs[c]);
+                for ((off, (_, row)), colour) in off.iter_mut().zip(&rows).zip(&colours) {
+                    *off = (colour[c] - row.dot(&channels[c])).abs();
                 }
-                for k in 0..6 {
-                    normal[(k, k)] += 1e-6;
-                }
-                channels[c] = normal.cholesky()?.solve(&rhs);
-                let residuals: Vec<f64> = rows
-                    .iter()
-                    .map(|(at, row)| f64::from(picture.small[c].data[*at]) - row.dot(&channels[c]))
-                    .collect();
-                let mut off: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-                spread[c] = (1.4826 * median(&mut off)).max(0.4);
-                for (s, r) in square.iter_mut().zip(&residuals) {
+                // The square does not ask for the sign; the median loses the order.
+                let mut sorted = off.clone();
+                spread[c] = (1.4826 * median(&mut sorted)).max(0.4);
+                for (s, r) in square.iter_mut().zip(&off) {
                     *s += (r / spread[c]).powi(2);
                 }
             }

@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use image::RgbImage;
 
-use crate::alignment::measure::{Measured, measure_in};
+use crate::alignment::measure::Measured;
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::overlay;
-use crate::alignment::picture::Picture;
 use crate::alignment::vision::{self, Options, Sighting};
 use crate::files::write;
 use crate::report::exit::Exit;
@@ -72,13 +71,12 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
     let wrong = |error: vision::Error| {
         Failure::input("camera::picture", error.to_string()).at(args.image.display().to_string())
     };
-    let mut seen = vision::see(&image, &camera, &base, &Options::default()).map_err(wrong)?;
+    let look = vision::Look::new(&image, &camera, &base).map_err(wrong)?;
+    let mut seen = look.see(&Options::default());
     seen.retain(|sighting| sighting.found && sighting.confidence >= SURE);
-    let regions = vision::unexplained_regions(&image, &camera, &base, &seen, &Options::default());
-    let looked = Picture::new(&image);
     let (mut things, mut missed) = (Vec::new(), Vec::new());
-    for region in regions.map_err(wrong)? {
-        match measure_in(&looked, &image, &camera, region.in_picture) {
+    for region in look.unexplained_regions(&seen, &Options::default()) {
+        match look.measured_in(region.in_picture) {
             Ok(found) => things.push(found),
             Err(why) => missed.push((region.bound.at, why.to_string())),
         }

@@ -41,13 +41,8 @@ impl Confirmation<'_> {
             raised: self.raised.clone(),
             ..Options::default()
         };
-        let seen = vision::see_standing(
-            self.photo,
-            self.camera,
-            self.scene,
-            &mut options,
-            &state.objects,
-        )?;
+        let look = vision::Look::new(self.photo, self.camera, self.scene)?;
+        let seen = look.see_standing(&mut options, &state.objects);
         let mut gone = Vec::new();
         for name in names {
             let Some(object) = self.scene.object(name) else { continue };
@@ -58,14 +53,9 @@ impl Confirmation<'_> {
                 let at = s.world_from_object.or(s.kept);
                 at.is_some_and(|at| (at.origin() - pose.origin()).norm() < THERE)
             });
-            let believed = vision::Believed {
-                photo: self.photo,
-                camera: self.camera,
-                scene: self.scene,
-                objects: &state.objects,
-                arm: Some(self.mask),
-            };
-            if !is_there && believed.is_gone(object, &pose)? {
+            let believed =
+                vision::Believed { look: &look, objects: &state.objects, arm: Some(self.mask) };
+            if !is_there && believed.is_gone(object, &pose) {
                 gone.push(name.clone());
             }
         }

@@ -167,8 +167,9 @@ impl Body for RealBody {
         let before = self.belief.unknown().to_vec();
         self.looking = Some(std::thread::spawn(move || {
             let photo = plate(None);
-            let seen = vision::see_standing(&photo, &camera, &scene, &mut options, &known)?;
-            let others = vision::unexplained(&photo, &camera, &scene, &seen, &options, &before)?;
+            let look = vision::Look::new(&photo, &camera, &scene)?;
+            let seen = look.see_standing(&mut options, &known);
+            let others = look.unexplained(&seen, &options, &before);
             let mut image = annotate(&photo, &seen);
             outline_unknown(&mut image, &camera, &others);
             Ok((Event::picture(name, &image), seen, others))

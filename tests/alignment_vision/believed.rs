@@ -2,7 +2,7 @@
 //! when they are gone.
 
 use image::RgbImage;
-use trueup::alignment::vision::{Options, Sighting, see_standing};
+use trueup::alignment::vision::{Look, Options, Sighting};
 use trueup::language::{Library, Source};
 use trueup::motion::Robot;
 use trueup::twin::render::{self, ArmLook, View, render};
@@ -54,7 +54,8 @@ fn seen(
     options: &mut Options,
 ) -> Vec<Sighting> {
     let known = states(scene, believed);
-    see_standing(&picture(scene, are), &scene.camera, scene, options, &known).unwrap()
+    let picture = picture(scene, are);
+    Look::new(&picture, &scene.camera, scene).unwrap().see_standing(options, &known)
 }
 
 /// The lower of two cubes shows a corner and two edges of its foot; alone, other turns and places fit these as well.

@@ -17,7 +17,7 @@ use image::GrayImage;
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 use thiserror::Error as ThisError;
 
-use super::contour::{Smoothness, outer_border};
+use super::contour::{Border, Smoothness};
 use super::outline::{ObjectPose, Outline, Projector};
 use super::picture::Picture;
 use super::placement::Hidden;
@@ -108,11 +108,12 @@ impl Contour {
         hidden: &Hidden,
         material: Material,
     ) -> Result<Self, Refused> {
-        let smoothness = Smoothness::of(mask).ok_or(Refused::Empty)?;
+        let border = Border::of(mask).ok_or(Refused::Empty)?;
+        let smoothness = Smoothness::along(&border);
         if !smoothness.is_smooth() {
             return Err(Refused::Ragged(smoothness));
         }
-        Self::of(mask, picture, hidden, material)
+        Self::along(&border, picture, hidden, material)
     }
 
     pub(super) fn of(
@@ -121,7 +122,17 @@ impl Contour {
         hidden: &Hidden,
         material: Material,
     ) -> Result<Self, Refused> {
-        let smooth = outer_border(mask, 2.0).ok_or(Refused::Empty)?;
+        let border = Border::of(mask).ok_or(Refused::Empty)?;
+        Self::along(&border, picture, hidden, material)
+    }
+
+    fn along(
+        border: &Border,
+        picture: &Picture,
+        hidden: &Hidden,
+        material: Material,
+    ) -> Result<Self, Refused> {
+        let smooth = border.smooth(2.0);
         let n = smooth.len();
         let (w, h) = picture.size();
         let area: f64 = (0..n).map(|i| smooth[i].perp(&smooth[(i + 1) % n])).sum();

@@ -4,7 +4,7 @@
 use image::GrayImage;
 use nalgebra::Vector2;
 
-use crate::alignment::contour::{Smoothness, outer_border};
+use crate::alignment::contour::{Border, Smoothness};
 use crate::alignment::picture::Picture;
 
 /// Gradient at which an edge counts in full, CIELAB/px: between those of clear and of opaque things (0.9 and 2.4) of
@@ -46,7 +46,8 @@ pub(super) fn judge(
     bounds: [f64; 4],
     is_own: bool,
 ) -> Option<Judged> {
-    let border = outer_border(mask, SMOOTH_PX)?;
+    let outer = Border::of(mask)?;
+    let border = outer.smooth(SMOOTH_PX);
     let n = border.len();
     let [u0, v0, u1, v1] = bounds;
     let edge = along(picture, &border);
@@ -64,7 +65,7 @@ pub(super) fn judge(
     let high = border.iter().fold(border[0], |a, p| a.sup(p));
     let fills = ((high.x - low.x) / (u1 - u0)).min((high.y - low.y) / (v1 - v0));
     let fills = (fills / FILLS[usize::from(is_own)]).min(1.0);
-    let smooth = Smoothness::of(mask)?;
+    let smooth = Smoothness::along(&outer);
     let total = edge * smooth.solidity * fills.powi(2) * (1.0 - touching).powi(2);
     let contour = border.iter().map(|p| [p.x, p.y]).collect();
     Some(Judged { total, edge, is_smooth: smooth.is_smooth(), contour })

@@ -4,7 +4,7 @@
 use image::{GrayImage, Luma};
 use nalgebra::Vector2;
 
-use crate::alignment::contour::outer_border;
+use crate::alignment::contour::Border;
 use crate::alignment::picture::{Picture, median};
 
 /// How far an edge is looked for across the border, px: as far as the referee does, which is what a cut may be off.
@@ -19,7 +19,8 @@ const SPEAKS: f64 = 0.1;
 
 /// Moves the outer border of a mask to the strongest edge within some pixels; the mask as it is where there is none.
 pub(super) fn snapped(picture: &Picture, mask: GrayImage) -> GrayImage {
-    let Some(border) = outer_border(&mask, SMOOTH_PX) else { return mask };
+    let Some(border) = Border::of(&mask) else { return mask };
+    let border = border.smooth(SMOOTH_PX);
     let n = border.len();
     let across: Vec<Vector2<f64>> = (0..n)
         .map(|i| {

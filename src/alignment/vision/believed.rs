@@ -3,13 +3,13 @@
 //! It does not look for the thing anywhere else. Gone is what is in full view there while the picture does not support it at the
 //! very pose; what the arm or another thing hides is believed as before.
 
-use image::{GrayImage, RgbImage};
+use image::GrayImage;
 use nalgebra::Vector3;
 
 use super::together::SAME_FLOOR;
-use super::{Error, ObjectPose, Sighting, verify};
-use crate::alignment::outline::{Outline, Projector};
-use crate::world::{Camera, Object, ObjectState, Point, Pose, Scene, frame, support};
+use super::{Look, ObjectPose, Sighting};
+use crate::alignment::outline::Outline;
+use crate::world::{Object, ObjectState, Point, Pose, frame, support};
 
 /// From this share of its outline on that something hides, a thing is not in full view. Chosen: with half of it a finger
 /// across a cup hides the cup, with twice as much a cup of which a third is seen would have to be recognised.
@@ -26,12 +26,8 @@ const HULL_POINTS: usize = 4;
 
 /// A picture, and what is known of everything in it.
 pub struct Believed<'a> {
-    /// The picture.
-    pub photo: &'a RgbImage,
-    /// The camera that took it.
-    pub camera: &'a Camera,
-    /// What may be in it.
-    pub scene: &'a Scene,
+    /// The picture, its camera, and what may be in it.
+    pub look: &'a Look<'a>,
     /// Where things are, as far as it is known.
     pub objects: &'a [ObjectState],
     /// Non-zero where the arm is in the picture.
@@ -40,57 +36,48 @@ pub struct Believed<'a> {
 
 impl Believed<'_> {
     /// Whether a thing is gone from where it is believed to stand: in full view there, and not supported by the picture.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::WrongSize`] when the picture is not the camera's size.
-    pub fn is_gone(&self, object: &Object, pose: &ObjectPose) -> Result<bool, Error> {
+    pub fn is_gone(&self, object: &Object, pose: &ObjectPose) -> bool {
         if self.hidden(object, pose) > HIDDEN {
-            return Ok(false);
+            return false;
         }
-        let support = verify(self.photo, self.camera, self.scene, object, pose, self.arm)?;
-        Ok(support.confidence < SURE || support.rms_px > self.leaning(object, pose))
+        let support = self.look.verify(object, pose, self.arm);
+        support.confidence < SURE || support.rms_px > self.leaning(object, pose)
     }
 
     /// Takes note of what was not found, stood somewhere before, and is not gone from there.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::is_gone`].
-    pub(super) fn keep(&self, seen: &mut [Sighting]) -> Result<(), Error> {
+    pub(super) fn keep(&self, seen: &mut [Sighting]) {
         for sighting in seen.iter_mut().filter(|sighting| !sighting.found) {
             let known = self.objects.iter().find(|known| known.name == sighting.name);
             let (Some(object), Some(pose)) =
-                (self.scene.object(&sighting.name), known.and_then(|o| o.world_from_object))
+                (self.look.scene.object(&sighting.name), known.and_then(|o| o.world_from_object))
             else {
                 continue;
             };
-            let below = support::below(self.scene, self.objects, object, &pose);
+            let below = support::below(self.look.scene, self.objects, object, &pose);
             let stands = (pose.origin().z - below.height).abs() < SAME_FLOOR;
-            if stands && !self.is_gone(object, &pose)? {
-                let view = Projector::new(self.camera);
-                let outline = Outline::whole(&view, &object.shape, &pose, HULL_POINTS);
+            if stands && !self.is_gone(object, &pose) {
+                let outline = Outline::whole(&self.look.view, &object.shape, &pose, HULL_POINTS);
                 sighting.hull = outline.hull.iter().map(|p| [p.x, p.y]).collect();
                 sighting.kept = Some(pose);
             }
         }
-        Ok(())
     }
 
     /// Returns what is left, px, between an upright outline and the edges of a thing that leans by half of what `upright`
     /// allows: its top is aside by so much of its height, its base is not, and the best shift halves it (a uniform
     /// spread has a standard deviation of its width over the root of 12). Less than a pixel is not told apart.
     fn leaning(&self, object: &Object, pose: &ObjectPose) -> f64 {
-        let far = (pose.origin() - self.camera.world_from_camera.origin()).norm();
+        let camera = self.look.camera;
+        let far = (pose.origin() - camera.world_from_camera.origin()).norm();
         let aside = object.shape.height() * (0.5 * LEANS).sin();
-        (self.camera.intrinsics.fx * aside / far.max(1e-6) / 12_f64.sqrt()).max(1.0)
+        (camera.intrinsics.fx * aside / far.max(1e-6) / 12_f64.sqrt()).max(1.0)
     }
 
     /// Returns the share of a thing's outline that the arm, or another thing before it, hides.
     fn hidden(&self, object: &Object, pose: &ObjectPose) -> f64 {
-        let eye = self.camera.world_from_camera.origin();
+        let eye = self.look.camera.world_from_camera.origin();
         let far = (pose.origin() - eye).norm();
-        let before = self.scene.objects.iter().filter(|other| other.name != object.name);
+        let before = self.look.scene.objects.iter().filter(|other| other.name != object.name);
         let before: Vec<_> = before
             .filter_map(|other| {
                 let known = self.objects.iter().find(|known| known.name == other.name)?;
@@ -110,8 +97,8 @@ impl Believed<'_> {
 
     /// Whether a point is beside the picture or where the arm is in it.
     fn is_out_of_view(&self, at: Vector3<f64>) -> bool {
-        let (w, h) = self.photo.dimensions();
-        self.camera.project(Point::<frame::World>::from(at)).is_none_or(|pixel| {
+        let (w, h) = self.look.image.dimensions();
+        self.look.camera.project(Point::<frame::World>::from(at)).is_none_or(|pixel| {
             let (u, v) = (pixel.u.round(), pixel.v.round());
             let inside = u >= 0.0 && v >= 0.0 && u < f64::from(w) && v < f64::from(h);
             !inside

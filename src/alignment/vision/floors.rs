@@ -3,49 +3,40 @@
 //! A small thing looks alike on a tray and on the table behind it. Which it is follows from where that would be: in the
 //! middle of the tray nothing stands on the table.
 
-use image::RgbImage;
-
 use super::together::SAME_FLOOR;
-use super::{Believed, Error, Options, Sighting, see};
-use crate::world::{Camera, Object, ObjectState, Pose, Scene, support};
+use super::{Believed, Look, Options, Sighting};
+use crate::world::{Object, ObjectState, Pose, Scene, support};
 
 /// Higher than anything that stands on a table, m: what is below is looked for from there.
 const FAR_ABOVE: f64 = 3.0;
 
-/// Finds the scene's objects as [`see`] does, each as high as what is below it where it is seen; `options` then says how high.
-/// `known` is where things were believed to be before, for those that this picture does not show: what the picture hides, or
-/// supports at that very place, is kept there ([`Sighting::kept`]).
-///
-/// Another look is taken where something is seen at a height at which it cannot stand there; none otherwise.
-///
-/// # Errors
-///
-/// As [`see`].
-pub fn see_standing(
-    image: &RgbImage,
-    camera: &Camera,
-    scene: &Scene,
-    options: &mut Options,
-    known: &[ObjectState],
-) -> Result<Vec<Sighting>, Error> {
-    let seen = see(image, camera, scene, options)?;
-    let states: Vec<ObjectState> = seen.iter().map(|sighting| state(sighting, known)).collect();
-    let mut is_changed = false;
-    for sighting in seen.iter().filter(|sighting| sighting.found) {
-        let Some(object) = scene.object(&sighting.name) else { continue };
-        let Some(height) = floor(scene, &states, object, sighting) else { continue };
-        let taken = options.raised.get(&sighting.name).copied().unwrap_or(0.0);
-        if (height - taken).abs() > SAME_FLOOR {
-            options.raised.insert(sighting.name.clone(), height);
-            is_changed = true;
+impl Look<'_> {
+    /// Finds the scene's objects as [`Look::see`] does, each as high as what is below it where it is seen; `options` then says
+    /// how high. `known` is where things were believed to be before, for those that this picture does not show: what the picture
+    /// hides, or supports at that very place, is kept there ([`Sighting::kept`]).
+    ///
+    /// Another look is taken where something is seen at a height at which it cannot stand there; none otherwise.
+    pub fn see_standing(&self, options: &mut Options, known: &[ObjectState]) -> Vec<Sighting> {
+        let scene = self.scene;
+        let seen = self.see(options);
+        let states: Vec<ObjectState> = seen.iter().map(|sighting| state(sighting, known)).collect();
+        let mut is_changed = false;
+        for sighting in seen.iter().filter(|sighting| sighting.found) {
+            let Some(object) = scene.object(&sighting.name) else { continue };
+            let Some(height) = floor(scene, &states, object, sighting) else { continue };
+            let taken = options.raised.get(&sighting.name).copied().unwrap_or(0.0);
+            if (height - taken).abs() > SAME_FLOOR {
+                options.raised.insert(sighting.name.clone(), height);
+                is_changed = true;
+            }
         }
+        let mut seen = if is_changed { self.see(options) } else { seen };
+        let objects: Vec<ObjectState> =
+            seen.iter().map(|sighting| state(sighting, known)).collect();
+        let believed = Believed { look: self, objects: &objects, arm: options.ignore.as_ref() };
+        believed.keep(&mut seen);
+        seen
     }
-    let mut seen = if is_changed { see(image, camera, scene, options)? } else { seen };
-    let objects: Vec<ObjectState> = seen.iter().map(|sighting| state(sighting, known)).collect();
-    let arm = options.ignore.as_ref();
-    let believed = Believed { photo: image, camera, scene, objects: &objects, arm };
-    believed.keep(&mut seen)?;
-    Ok(seen)
 }
 
 /// Returns how high what is below the place of a sighting bears a thing, m. What stands higher than where it was seen stands on

@@ -16,6 +16,7 @@ mod drawer;
 mod floors;
 mod identity;
 mod judge;
+mod look;
 mod own_cut;
 mod probability;
 mod together;
@@ -30,17 +31,15 @@ use thiserror::Error as ThisError;
 
 use super::doubt::{Doubt, Meaning, TableDoubt};
 use super::key_points::Refused;
-use super::outline::{ObjectPose, Projector};
-use super::picture::{Picture, Plane};
+use super::outline::ObjectPose;
 use super::placement::{Score, Window};
-use super::segment::TableModel;
 use crate::world::{Camera, Scene};
 use together::Sought;
 
 pub use super::overlay::annotate;
 pub use believed::Believed;
-pub use floors::see_standing;
-pub use unexplained::{Unexplained, unexplained, unexplained_regions};
+pub use look::Look;
+pub use unexplained::Unexplained;
 pub use verify::verify;
 
 /// Why a picture could not be used at all. An object that is not found is an answer, not an error.
@@ -248,17 +247,8 @@ fn check_size(image: &RgbImage, camera: &Camera) -> Result<(), Error> {
     }
 }
 
-/// Returns what does not look like bare table; nothing, when no table is in view.
-fn change_of(picture: &Picture, view: &Projector, scene: &Scene) -> Plane {
-    TableModel::fit(picture, view, &scene.table).map_or_else(
-        || Plane::zeros(picture.small[0].width, picture.small[0].height),
-        |table| table.change(picture),
-    )
-}
-
-/// Finds the scene's objects, standing on the table, in a picture of a calibrated camera.
-///
-/// One sighting per object, in the scene's order, whether found or not. Takes about a second per megapixel.
+/// Finds the scene's objects, standing on the table, in a picture of a calibrated camera: [`Look::see`] of a picture of which nothing
+/// else is asked.
 ///
 /// # Errors
 ///
@@ -269,56 +259,61 @@ pub fn see(
     scene: &Scene,
     options: &Options,
 ) -> Result<Vec<Sighting>, Error> {
-    check_size(image, camera)?;
-    let picture = Picture::new(image);
-    let view = Projector::new(camera);
-    // What slides in a case is looked for along its rail.
-    let on_table = scene.objects.iter().filter(|object| scene.drawer(&object.name).is_none());
-    let everything = together::Everything {
-        change: change_of(&picture, &view, scene),
-        picture,
-        table: &scene.table,
-        eye: view.eye(),
-        ignore: options.ignore.clone(),
-        sought: on_table.map(|object| Sought::of(object, camera, options)).collect(),
-    };
-    let mut sightings = everything.judged();
-    blame(&mut sightings, view.eye().z);
-    for ((sighting, _), sought) in sightings.iter_mut().zip(&everything.sought) {
-        judge::decide(sighting);
-        let raised = |pose: ObjectPose| {
-            ObjectPose::from_parts(pose.origin() + Vector3::z() * sought.height, pose.rotation())
-        };
-        sighting.world_from_object = sighting.world_from_object.map(raised);
-        sighting.likeliest = sighting.likeliest.map(raised);
-    }
-    let mut seen: Vec<Sighting> = sightings.into_iter().map(|s| s.0).collect();
-    if !scene.drawers.is_empty() {
-        drawers(&everything.picture, &view, scene, options.ignore.as_ref(), &mut seen);
-    }
-    Ok(seen)
+    Ok(Look::new(image, camera, scene)?.see(options))
 }
 
-/// Adds what slides in cases to what was seen, in the scene's order, and tells the fronts of the cases from their backs.
-fn drawers(
-    picture: &Picture,
-    view: &Projector,
-    scene: &Scene,
-    ignore: Option<&GrayImage>,
-    seen: &mut Vec<Sighting>,
-) {
-    let Some(table) = TableModel::fit(picture, view, &scene.table) else { return };
-    let looking = drawer::Looking { picture, view, table: &table, scene, ignore };
-    for (at, object) in scene.objects.iter().enumerate() {
-        let Some(drawer) = scene.drawer(&object.name) else { continue };
-        let Some(case) = seen.iter_mut().find(|sighting| sighting.name == drawer.case) else {
-            continue;
+impl Look<'_> {
+    /// Finds the scene's objects, standing on the table.
+    ///
+    /// One sighting per object, in the scene's order, whether found or not. Takes about a quarter of a second per megapixel.
+    pub fn see(&self, options: &Options) -> Vec<Sighting> {
+        let Self { scene, camera, view, .. } = self;
+        // What slides in a case is looked for along its rail.
+        let on_table = scene.objects.iter().filter(|object| scene.drawer(&object.name).is_none());
+        let everything = together::Everything {
+            change: self.change(),
+            picture: &self.picture,
+            table: &scene.table,
+            eye: view.eye(),
+            ignore: options.ignore.clone(),
+            sought: on_table.map(|object| Sought::of(object, camera, options)).collect(),
         };
-        let Some(drawn) = looking.drawn(drawer, case) else { continue };
-        if case.found {
-            case.world_from_object = Some(drawn.case);
+        let mut sightings = everything.judged();
+        blame(&mut sightings, view.eye().z);
+        for ((sighting, _), sought) in sightings.iter_mut().zip(&everything.sought) {
+            judge::decide(sighting);
+            let raised = |pose: ObjectPose| {
+                ObjectPose::from_parts(
+                    pose.origin() + Vector3::z() * sought.height,
+                    pose.rotation(),
+                )
+            };
+            sighting.world_from_object = sighting.world_from_object.map(raised);
+            sighting.likeliest = sighting.likeliest.map(raised);
         }
-        seen.insert(at.min(seen.len()), drawn.tray);
+        let mut seen: Vec<Sighting> = sightings.into_iter().map(|s| s.0).collect();
+        if !scene.drawers.is_empty() {
+            self.drawers(options.ignore.as_ref(), &mut seen);
+        }
+        seen
+    }
+
+    /// Adds what slides in cases to what was seen, in the scene's order, and tells the fronts of the cases from their backs.
+    fn drawers(&self, ignore: Option<&GrayImage>, seen: &mut Vec<Sighting>) {
+        let Some(table) = self.table() else { return };
+        let Self { picture, view, scene, .. } = self;
+        let looking = drawer::Looking { picture, view, table, scene, ignore };
+        for (at, object) in scene.objects.iter().enumerate() {
+            let Some(drawer) = scene.drawer(&object.name) else { continue };
+            let Some(case) = seen.iter_mut().find(|sighting| sighting.name == drawer.case) else {
+                continue;
+            };
+            let Some(drawn) = looking.drawn(drawer, case) else { continue };
+            if case.found {
+                case.world_from_object = Some(drawn.case);
+            }
+            seen.insert(at.min(seen.len()), drawn.tray);
+        }
     }
 }
 

@@ -115,11 +115,16 @@ pub(super) fn offered_cuts(
 
 /// Returns the overlap of two masks: what both have over what either has.
 pub(super) fn overlap(one: &GrayImage, other: &GrayImage) -> f64 {
-    let (mut both, mut either) = (0.0, 0.0);
-    for (a, b) in one.pixels().zip(other.pixels()) {
-        let (a, b) = (a.0[0] > 0, b.0[0] > 0);
-        both += f64::from(u8::from(a && b));
-        either += f64::from(u8::from(a || b));
+    let (mut both, mut either) = (0_usize, 0_usize);
+    let w = one.width().max(1) as usize;
+    for (one, other) in one.as_raw().chunks(w).zip(other.as_raw().chunks(w)) {
+        let (mut in_both, mut in_either) = (0_u32, 0_u32);
+        for (a, b) in one.iter().zip(other) {
+            in_both += u32::from(*a > 0 && *b > 0);
+            in_either += u32::from(*a > 0 || *b > 0);
+        }
+        both += in_both as usize;
+        either += in_either as usize;
     }
-    both / f64::max(either, 1.0)
+    both as f64 / f64::max(either as f64, 1.0)
 }

@@ -81,9 +81,9 @@ impl<'a> Sought<'a> {
 
 /// Everything that is looked for in a picture, with the picture.
 pub(super) struct Everything<'a> {
-    pub(super) picture: Picture,
+    pub(super) picture: &'a Picture,
     /// What does not look like bare table.
-    pub(super) change: Plane,
+    pub(super) change: &'a Plane,
     pub(super) table: &'a Table,
     /// Where the camera's eye is.
     pub(super) eye: Vector3<f64>,
@@ -113,7 +113,7 @@ impl Everything<'_> {
                 let asked =
                     (best[i], rivals.as_slice(), alike.as_slice(), candidates[i].first().copied());
                 let offered = self.sought[i].offered;
-                judge::judge(&self.picture, view, self.table, &evidence, offered, asked)
+                judge::judge(self.picture, view, self.table, &evidence, offered, asked)
             })
             .collect()
     }
@@ -217,7 +217,7 @@ impl Everything<'_> {
 
     fn evidence(&self, i: usize, hidden: Hidden) -> Evidence<'_> {
         let Sought { object, view, .. } = &self.sought[i];
-        Evidence::new(&self.picture, view, object, &self.change, hidden)
+        Evidence::new(self.picture, view, object, self.change, hidden)
     }
 
     /// What covers a thing: all that is believed to stand nearer to the camera, or on it.

@@ -5,15 +5,16 @@
 //! box or a can is measured. Any other is bounded: what stands somewhere under it is inside a cylinder over its extent on
 //! the table, at most so high as the region is long in the direction of view.
 
-use image::{GrayImage, Luma, RgbImage};
+use image::{GrayImage, Luma};
 use imageproc::region_labelling::{Connectivity, connected_components};
 use nalgebra::Vector2;
+use rayon::prelude::*;
 
-use super::{Error, Options, Sighting, check_size};
-use crate::alignment::measure::{Measured, measure_in};
-use crate::alignment::outline::{Outline, Projector};
-use crate::alignment::picture::{Picture, QUARTER};
-use crate::world::{Camera, Pixel, Scene, Unknown};
+use super::{Look, Options, Sighting};
+use crate::alignment::measure::{Measured, Unmeasured, measure_in};
+use crate::alignment::outline::{Outline, Projector, inside_convex};
+use crate::alignment::picture::QUARTER;
+use crate::world::{Camera, Mark, Pixel, Scene, Unknown};
 
 /// From so many spreads on a colour is not the table's: of normal noise one pixel in five hundred million is, and wood
 /// has streaks of twice its spread.
@@ -40,31 +41,75 @@ const CORNERS: usize = 2;
 /// Nothing on a table is taken to be higher, m.
 const HIGHEST: f64 = 0.4;
 
-/// Returns what is on the table and in no sighting, largest first, with its form where its outline tells. `before` is what
-/// an earlier picture showed: what is where it was is not measured again.
-///
-/// # Errors
-///
-/// [`Error::WrongSize`] when the picture is not the camera's size.
-pub fn unexplained(
-    image: &RgbImage,
-    camera: &Camera,
-    scene: &Scene,
-    sightings: &[Sighting],
-    options: &Options,
-    before: &[Unknown],
-) -> Result<Vec<Unknown>, Error> {
-    let regions = unexplained_regions(image, camera, scene, sightings, options)?;
-    let (mut picture, view) = (None, Projector::new(camera));
-    let known = regions.into_iter().map(|region| {
-        if let Some(same) = before.iter().find(|it| is_there(it, &view, region.in_picture)) {
-            return same.clone();
+impl Look<'_> {
+    /// Returns what is on the table and in no sighting, largest first, with its form where its outline tells. `before` is what
+    /// an earlier picture showed: what is where it was is not measured again.
+    pub fn unexplained(
+        &self,
+        sightings: &[Sighting],
+        options: &Options,
+        before: &[Unknown],
+    ) -> Vec<Unknown> {
+        let known = self.unexplained_regions(sightings, options).into_iter().map(|region| {
+            let is_same = |it: &&Unknown| is_there(it, &self.view, region.in_picture);
+            if let Some(same) = before.iter().find(is_same) {
+                return same.clone();
+            }
+            self.measured_in(region.in_picture).map_or(region.bound, Measured::bound)
+        });
+        known.collect()
+    }
+
+    /// Measures what stands in a box of the picture, `[u0, v0, u1, v1]` px, as [`Self::unexplained_regions`] finds it.
+    ///
+    /// # Errors
+    ///
+    /// As [`measure_in`].
+    pub fn measured_in(&self, in_picture: [f64; 4]) -> Result<Measured, Unmeasured> {
+        measure_in(&self.picture, self.image, self.camera, in_picture)
+    }
+
+    /// As [`Self::unexplained`], unmeasured, with the box of each in the picture.
+    pub fn unexplained_regions(
+        &self,
+        sightings: &[Sighting],
+        options: &Options,
+    ) -> Vec<Unexplained> {
+        let Self { picture, camera, scene, .. } = self;
+        if picture.is_grey {
+            return Vec::new();
         }
-        let picture = picture.get_or_insert_with(|| Picture::new(image));
-        let measured = measure_in(picture, image, camera, region.in_picture);
-        measured.map_or(region.bound, Measured::bound)
-    });
-    Ok(known.collect())
+        let (w, h) = (picture.small[0].width, picture.small[0].height);
+        let known = Known::of(sightings);
+        let ground = |x: usize, y: usize| -> Option<Vector2<f64>> {
+            let pixel = Pixel { u: QUARTER * x as f64 + 1.5, v: QUARTER * y as f64 + 1.5 };
+            if is_ignored(pixel, options) || known.explains(pixel) {
+                return None;
+            }
+            let at = camera.on_plane(pixel, 0.0)?.coords().xy();
+            let is_open = scene.table.holds(at.x, at.y, AROUND_EDGE) && !is_furniture(at, scene);
+            is_open.then_some(at)
+        };
+        let open: Vec<(usize, usize, Vector2<f64>)> = (0..h)
+            .into_par_iter()
+            .flat_map_iter(|y| (0..w).filter_map(move |x| Some((x, y, ground(x, y)?))))
+            .collect();
+        let bare: Vec<(f32, f32)> = picture
+            .chromaticity
+            .iter()
+            .map(|plane| middle(open.iter().map(|(x, y, _)| plane.data[y * w + x]).collect()))
+            .collect();
+        let mut other = GrayImage::new(w as u32, h as u32);
+        for (x, y, _) in &open {
+            let far = picture.chromaticity.iter().zip(&bare).map(|(plane, (middle, spread))| {
+                f64::from((plane.data[y * w + x] - middle) / (spread + LEAST_SPREAD))
+            });
+            if far.fold(0.0, f64::hypot) > NOT_TABLE {
+                other.put_pixel(*x as u32, *y as u32, Luma([255]));
+            }
+        }
+        bounded(&other, &open, camera)
+    }
 }
 
 /// Whether a thing that was measured before, standing where it stood, is what a box of the picture (`[u0, v0, u1, v1]`, px)
@@ -92,89 +137,62 @@ pub struct Unexplained {
     pub in_picture: [f64; 4],
 }
 
-/// As [`unexplained`], with the box of each in the picture.
-///
-/// # Errors
-///
-/// [`Error::WrongSize`] when the picture is not the camera's size.
-pub fn unexplained_regions(
-    image: &RgbImage,
-    camera: &Camera,
-    scene: &Scene,
-    sightings: &[Sighting],
-    options: &Options,
-) -> Result<Vec<Unexplained>, Error> {
-    check_size(image, camera)?;
-    let picture = Picture::new(image);
-    if picture.is_grey {
-        return Ok(Vec::new());
-    }
-    let (w, h) = (picture.small[0].width, picture.small[0].height);
-    let ground = |x: usize, y: usize| -> Option<Vector2<f64>> {
-        let pixel = Pixel { u: QUARTER * x as f64 + 1.5, v: QUARTER * y as f64 + 1.5 };
-        let at = camera.on_plane(pixel, 0.0)?.coords().xy();
-        let is_open = scene.table.holds(at.x, at.y, AROUND_EDGE)
-            && !explained(pixel, at, scene, sightings, options);
-        is_open.then_some(at)
-    };
-    let open: Vec<(usize, usize, Vector2<f64>)> = (0..h)
-        .flat_map(|y| (0..w).map(move |x| (x, y)))
-        .filter_map(|(x, y)| Some((x, y, ground(x, y)?)))
-        .collect();
-    let bare: Vec<(f32, f32)> = picture
-        .chromaticity
-        .iter()
-        .map(|plane| middle(open.iter().map(|(x, y, _)| plane.data[y * w + x]).collect()))
-        .collect();
-    let mut other = GrayImage::new(w as u32, h as u32);
-    for (x, y, _) in &open {
-        let far = picture.chromaticity.iter().zip(&bare).map(|(plane, (middle, spread))| {
-            f64::from((plane.data[y * w + x] - middle) / (spread + LEAST_SPREAD))
-        });
-        if far.fold(0.0, f64::hypot) > NOT_TABLE {
-            other.put_pixel(*x as u32, *y as u32, Luma([255]));
-        }
-    }
-    Ok(bounded(&other, &open, camera))
+/// The outlines of what is seen, or kept.
+struct Known {
+    /// Their corners, px, in order, and the box around them, `[u0, v0, u1, v1]`.
+    hulls: Vec<(Vec<Vector2<f64>>, [f64; 4])>,
 }
 
-/// Whether a pixel shows something that is known, or is not to be judged.
-fn explained(
-    pixel: Pixel,
-    at: Vector2<f64>,
-    scene: &Scene,
-    sightings: &[Sighting],
-    options: &Options,
-) -> bool {
-    let base = scene.world_from_base.origin().xy();
-    if (at - base).norm() < AROUND_BASE {
-        return true;
+impl Known {
+    fn of(sightings: &[Sighting]) -> Self {
+        let is_known = |sighting: &&Sighting| sighting.found || sighting.kept.is_some();
+        let hull = |sighting: &Sighting| {
+            let corners: Vec<Vector2<f64>> =
+                sighting.hull.iter().map(|c| Vector2::from(*c)).collect();
+            let nowhere = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+            let around = corners
+                .iter()
+                .fold(nowhere, |b, p| [b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)]);
+            (corners, around)
+        };
+        Self { hulls: sightings.iter().filter(is_known).map(hull).collect() }
     }
-    let marked = scene
-        .marks
-        .iter()
-        .any(|mark| (at - Vector2::new(mark.x, mark.y)).norm() < mark.radius + AROUND_MARK);
+
+    /// Whether a pixel is in one of them, or so near that it may be its reflection.
+    fn explains(&self, pixel: Pixel) -> bool {
+        let p = Vector2::new(pixel.u, pixel.v);
+        self.hulls.iter().any(|(hull, [u0, v0, u1, v1])| {
+            let is_near = p.x > u0 - AROUND_KNOWN_PX - 1.0
+                && p.y > v0 - AROUND_KNOWN_PX - 1.0
+                && p.x < u1 + AROUND_KNOWN_PX + 1.0
+                && p.y < v1 + AROUND_KNOWN_PX + 1.0;
+            is_near && distance_to(hull, p) < AROUND_KNOWN_PX
+        })
+    }
+}
+
+/// Whether a pixel is not to be judged.
+fn is_ignored(pixel: Pixel, options: &Options) -> bool {
     let (u, v) = (pixel.u.max(0.0) as u32, pixel.v.max(0.0) as u32);
-    let ignored = options
+    options
         .ignore
         .as_ref()
-        .is_some_and(|mask| u < mask.width() && v < mask.height() && mask.get_pixel(u, v)[0] > 0);
-    let known = || {
-        let is_known = |sighting: &&Sighting| sighting.found || sighting.kept.is_some();
-        sightings.iter().filter(is_known).any(|sighting| {
-            distance_to(&sighting.hull, Vector2::new(pixel.u, pixel.v)) < AROUND_KNOWN_PX
-        })
-    };
-    marked || ignored || known()
+        .is_some_and(|mask| u < mask.width() && v < mask.height() && mask.get_pixel(u, v)[0] > 0)
+}
+
+/// Whether a place of the table is the arm's foot, or one of the dots.
+fn is_furniture(at: Vector2<f64>, scene: &Scene) -> bool {
+    let is_on =
+        |mark: &Mark| (at - Vector2::new(mark.x, mark.y)).norm() < mark.radius + AROUND_MARK;
+    (at - scene.world_from_base.origin().xy()).norm() < AROUND_BASE || scene.marks.iter().any(is_on)
 }
 
 /// Returns how far a point is outside a convex outline, px; 0 inside.
-fn distance_to(hull: &[[f64; 2]], p: Vector2<f64>) -> f64 {
-    let corners: Vec<Vector2<f64>> = hull.iter().map(|c| Vector2::from(*c)).collect();
+fn distance_to(corners: &[Vector2<f64>], p: Vector2<f64>) -> f64 {
     if corners.len() < 3 {
         return f64::INFINITY;
     }
-    if crate::alignment::outline::inside_convex(&corners, p) {
+    if inside_convex(corners, p) {
         return 0.0;
     }
     let sides = corners.iter().zip(corners.iter().cycle().skip(1));
