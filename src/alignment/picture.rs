@@ -174,14 +174,14 @@ fn weighted<'r>(sum: &mut [f32], weights: &[f32], row: impl Fn(usize) -> &'r [f3
 #[inline]
 pub(super) fn nearest(at: f64) -> i64 {
     let whole = at as i64;
-    if at <= -0.5 { whole - 1 } else { whole + i64::from(at - whole as f64 >= 0.5) }
+    if at <= -0.5 { whole.saturating_sub(1) } else { whole + i64::from(at - whole as f64 >= 0.5) }
 }
 
 /// Returns the last pixel before a coordinate, as `floor` does.
 #[inline]
 fn below(at: f64) -> i64 {
     let whole = at as i64;
-    whole - i64::from(at < whole as f64)
+    whole.saturating_sub(i64::from(at < whole as f64))
 }
 
 /// A place between four pixels of planes of one size.
@@ -252,12 +252,26 @@ pub(super) fn linear(value: u8) -> f32 {
     TABLE[usize::from(value)]
 }
 
-/// Returns CIELAB (D65) of linear sRGB light.
-fn lab_of_linear([r, g, b]: [f32; 3]) -> [f32; 3] {
-    let f = |t: f32| if t > 0.008_856 { cube_root(t) } else { 7.787 * t + 16.0 / 116.0 };
-    let x = f((0.412_456 * r + 0.357_576 * g + 0.180_438 * b) / 0.950_47);
-    let y = f(0.212_673 * r + 0.715_152 * g + 0.072_175 * b);
-    let z = f((0.019_334 * r + 0.119_192 * g + 0.950_304 * b) / 1.088_83);
+/// Returns how much of D65's white there is in linear sRGB light: X, Y, Z.
+#[inline]
+fn of_white([r, g, b]: [f32; 3]) -> [f32; 3] {
+    [
+        (0.412_456 * r + 0.357_576 * g + 0.180_438 * b) / 0.950_47,
+        0.212_673 * r + 0.715_152 * g + 0.072_175 * b,
+        (0.019_334 * r + 0.119_192 * g + 0.950_304 * b) / 1.088_83,
+    ]
+}
+
+/// Returns CIELAB's function of a share of white.
+#[inline]
+fn seen_of_white(t: f32) -> f32 {
+    let root = cube_root(t.max(0.008));
+    if t > 0.008_856 { root } else { 7.787 * t + 16.0 / 116.0 }
+}
+
+/// Returns CIELAB of that function's three values.
+#[inline]
+fn lab_of_seen([x, y, z]: [f32; 3]) -> [f32; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
@@ -281,7 +295,7 @@ fn cube_root(x: f32) -> f32 {
 
 /// Returns CIELAB (D65) of an sRGB colour.
 pub fn lab(colour: [u8; 3]) -> [f32; 3] {
-    lab_of_linear(colour.map(linear))
+    lab_of_seen(of_white(colour.map(linear)).map(seen_of_white))
 }
 
 /// Edge strengths at one scale: the structure tensor of the three channels, without smoothing of its own.
@@ -289,6 +303,8 @@ pub fn lab(colour: [u8; 3]) -> [f32; 3] {
 pub struct Level {
     /// Full-size pixels per pixel of this level.
     pub scale: f64,
+    /// Its inverse, exact as the scale is a power of two.
+    shrink: f64,
     width: usize,
     height: usize,
     /// The tensor's `xx`, `xy`, `yy` of each pixel, (CIELAB/px)², px of this level: side by side, as they are asked for.
@@ -326,7 +342,7 @@ impl Level {
             }
         };
         let tensor = blurred_rows((w, h), spread, slopes, beside);
-        Self { scale, width: w, height: h, tensor }
+        Self { scale, shrink: 1.0 / scale, width: w, height: h, tensor }
     }
 
     /// Returns how strong an edge with this unit normal is at a full-size place, CIELAB/px of this level.
@@ -336,7 +352,7 @@ impl Level {
     #[inline]
     pub fn edge(&self, u: f64, v: f64, normal: Vector2<f64>) -> f64 {
         let place = |at: f64, n: usize| {
-            nearest((at + 0.5) / self.scale - 0.5).clamp(0, n as i64 - 1) as usize
+            nearest((at + 0.5) * self.shrink - 0.5).clamp(0, n as i64 - 1) as usize
         };
         let [xx, xy, yy] = self.tensor[place(v, self.height) * self.width + place(u, self.width)];
         let (xx, xy, yy) = (f64::from(xx), f64::from(xy), f64::from(yy));
@@ -382,9 +398,18 @@ impl Picture {
         let [l, a, b] = &mut raw;
         let rows = l.data.par_chunks_mut(w.max(1)).zip(a.data.par_chunks_mut(w.max(1)));
         let rows = rows.zip(b.data.par_chunks_mut(w.max(1)));
+        // Three shares of white, then the roots of a row of each: several at once.
         rows.zip(image.as_raw().par_chunks(3 * w.max(1))).for_each(|(((l, a), b), bytes)| {
             for (x, rgb) in bytes.chunks_exact(3).enumerate() {
-                [l[x], a[x], b[x]] = lab_of_linear([0, 1, 2].map(|c| lut[usize::from(rgb[c])]));
+                [l[x], a[x], b[x]] = of_white([0, 1, 2].map(|c| lut[usize::from(rgb[c])]));
+            }
+            for row in [&mut *l, &mut *a, &mut *b] {
+                for t in row {
+                    *t = seen_of_white(*t);
+                }
+            }
+            for x in 0..l.len() {
+                [l[x], a[x], b[x]] = lab_of_seen([l[x], a[x], b[x]]);
             }
         });
         let is_grey = image.pixels().all(|p| {

@@ -12,7 +12,9 @@
 //! Source: the paper, section 2.2 (solids from key points); Lowe, "Fitting parameterized 3-D models", PAMI
 //! 1991; VISP's moving edges for the fit.
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use image::GrayImage;
 use nalgebra::Vector2;
@@ -29,21 +31,20 @@ use crate::world::{Material, Object, Shape};
 #[derive(Debug, Clone, Default)]
 pub struct Hidden {
     /// Non-zero where, for example, the arm is; the picture's size.
-    pub mask: Option<GrayImage>,
+    pub mask: Option<Arc<GrayImage>>,
     /// Silhouettes of nearer objects, convex, px.
     pub hulls: Vec<Vec<Vector2<f64>>>,
 }
 
 impl Hidden {
     /// Returns whether a pixel is covered.
+    #[inline]
     pub fn covers(&self, p: Vector2<f64>) -> bool {
         let masked = self.mask.as_ref().is_some_and(|mask| {
             let (x, y) = (nearest(p.x), nearest(p.y));
-            x >= 0
-                && y >= 0
-                && x < i64::from(mask.width())
-                && y < i64::from(mask.height())
-                && mask.get_pixel(x as u32, y as u32).0[0] > 0
+            let (w, h) = (i64::from(mask.width()), i64::from(mask.height()));
+            let is_in = x >= 0 && y >= 0 && x < w && y < h;
+            is_in && mask.as_raw()[(y * w + x) as usize] > 0
         });
         masked || self.hulls.iter().any(|hull| inside_convex(hull, p))
     }
@@ -120,9 +121,9 @@ pub struct Evidence<'a> {
     /// How little each small pixel looks like table, 0 to 1.
     change: &'a Plane,
     /// How much each small pixel looks like the object, 0 to 1; `None` when its colour says nothing.
-    colour: Option<Plane>,
+    colour: Option<Cow<'a, Plane>>,
     /// What is covered.
-    pub hidden: Hidden,
+    pub hidden: Cow<'a, Hidden>,
 }
 
 /// Coarse grid step, m; at the quarter-size picture this is about three pixels (the kitchen's camera, 900 px at 1.07 m,
@@ -237,8 +238,8 @@ impl<'a> Evidence<'a> {
         change: &'a Plane,
         hidden: Hidden,
     ) -> Self {
-        let colour = likeness(picture, object);
-        Self { picture, view, object, change, colour, hidden }
+        let colour = likeness(picture, object).map(Cow::Owned);
+        Self { picture, view, object, change, colour, hidden: Cow::Owned(hidden) }
     }
 
     /// Gradient at which an edge counts in full, CIELAB/px at this level.
@@ -263,9 +264,21 @@ impl<'a> Evidence<'a> {
 
     /// Scores a pose at a level of the picture (0 full size, 2 a quarter).
     pub fn score(&self, pose: &ObjectPose, level: usize, per_edge: usize) -> Score {
+        self.score_above(f64::NEG_INFINITY, pose, level, per_edge).unwrap_or_default()
+    }
+
+    /// As [`Self::score`], `None` where the edges alone say that the whole is no more than `least`: the regions need not be
+    /// asked then.
+    fn score_above(
+        &self,
+        least: f64,
+        pose: &ObjectPose,
+        level: usize,
+        per_edge: usize,
+    ) -> Option<Score> {
         let outline = self.outline(pose, per_edge);
         if outline.samples.is_empty() {
-            return Score::default();
+            return Some(Score::default());
         }
         let (w, h) = self.picture.size();
         let margin = self.picture.levels[level].scale;
@@ -295,7 +308,7 @@ impl<'a> Evidence<'a> {
         }
         let visible = seen / all.max(1e-9);
         if visible < LEAST_VISIBLE {
-            return Score { visible, ..Score::default() };
+            return Some(Score { visible, ..Score::default() });
         }
         let edge = support.iter().map(|s| s.0 * s.1).sum::<f64>() / seen;
         let (weak, weight) = weakest(&mut support, seen / WEAKEST_PART);
@@ -306,16 +319,21 @@ impl<'a> Evidence<'a> {
             .map(|e| e.0 / e.1)
             .fold(1.0, f64::min);
         let weakest = THIRD * (weak / weight.max(1e-9)) + WORST * worst_edge;
-        let (change, colour) = self.regions(&outline, judged);
         let edges = OF_EDGES[0] * edge + OF_EDGES[1] * weakest;
-        let total = match colour {
-            Some(colour) => {
-                WITH_COLOUR[0] * edges + WITH_COLOUR[1] * colour + WITH_COLOUR[2] * change
-            }
-            None => WITHOUT_COLOUR[0] * edges + WITHOUT_COLOUR[1] * change,
+        let whole = |change: f64, colour: Option<f64>| {
+            let total = match colour {
+                Some(colour) => {
+                    WITH_COLOUR[0] * edges + WITH_COLOUR[1] * colour + WITH_COLOUR[2] * change
+                }
+                None => WITHOUT_COLOUR[0] * edges + WITHOUT_COLOUR[1] * change,
+            };
+            total * (visible / IN_FULL).min(1.0).sqrt()
         };
-        let total = total * (visible / IN_FULL).min(1.0).sqrt();
-        Score { total, edge, weakest, colour, change, visible }
+        if whole(1.0, self.colour.as_ref().map(|_| 1.0)) <= least {
+            return None;
+        }
+        let (change, colour) = self.regions(&outline, judged);
+        Some(Score { total: whole(change, colour), edge, weakest, colour, change, visible })
     }
 
     /// Returns the mean change and likeness inside the silhouette against just outside it.
@@ -327,41 +345,42 @@ impl<'a> Evidence<'a> {
         let middle = outline.middle();
         let mut sums = [[0.0_f64; 2]; 2];
         let mut counts = [0.0_f64; 2];
-        let rim = outline.samples.iter().filter(|s| s.kind == Kind::Silhouette);
-        let mut asked: Vec<(usize, Vector2<f64>)> = Vec::new();
-        if outline.within.is_empty() {
-            for s in rim.step_by(REGION_STEP) {
-                for (place, far) in [(0, INSIDE[0]), (0, INSIDE[1]), (0, INSIDE[2]), (1, OUTSIDE)] {
-                    asked.push((place, middle + (s.pixel - middle) * far));
-                }
-            }
-        } else {
-            // The middle of what is not convex may be beside it: its own points are asked. Seen from one side it may look
-            // like a part of what it is from another; then the rest of it is seen beyond the rim.
-            let [u0, v0, u1, v1] = outline.bounds();
-            let half = 0.25 * (u1 - u0 + v1 - v0);
-            asked.extend(outline.within.iter().map(|p| (0, *p)));
-            let rim: Vec<&Sample> = rim.step_by(REGION_STEP).collect();
-            for far in BEYOND {
-                let beyond = rim.iter().map(|s| s.pixel + s.normal * (far * half));
-                asked.extend(beyond.filter(|p| !outline.contains(*p)).map(|p| (1, p)));
-            }
-        }
         // A pixel of the quarter picture is mixed with what is in front of it beside that.
         let beside = [(-QUARTER, 0.0), (QUARTER, 0.0), (0.0, -QUARTER), (0.0, QUARTER)];
         let is_mixed = |p: Vector2<f64>| {
             !self.hidden.hulls.is_empty()
                 && beside.iter().any(|(u, v)| self.hidden.covers(p + Vector2::new(*u, *v)))
         };
-        for (place, p) in asked {
+        let mut ask = |place: usize, p: Vector2<f64>| {
             if !judged(p) || is_mixed(p) {
-                continue;
+                return;
             }
             let [x, y] = [p.x, p.y].map(|at| nearest((at + 0.5) / QUARTER - 0.5));
             counts[place] += 1.0;
             sums[place][0] += f64::from(self.change.at(x, y));
             if let Some(colour) = &self.colour {
                 sums[place][1] += f64::from(colour.at(x, y));
+            }
+        };
+        let rim = outline.samples.iter().filter(|s| s.kind == Kind::Silhouette);
+        if outline.within.is_empty() {
+            for s in rim.step_by(REGION_STEP) {
+                let out = s.pixel - middle;
+                for far in INSIDE {
+                    ask(0, middle + out * far);
+                }
+                ask(1, middle + out * OUTSIDE);
+            }
+        } else {
+            // The middle of what is not convex may be beside it: its own points are asked. Seen from one side it may look
+            // like a part of what it is from another; then the rest of it is seen beyond the rim.
+            let [u0, v0, u1, v1] = outline.bounds();
+            let half = 0.25 * (u1 - u0 + v1 - v0);
+            outline.within.iter().for_each(|p| ask(0, *p));
+            let rim: Vec<&Sample> = rim.step_by(REGION_STEP).collect();
+            for far in BEYOND {
+                let beyond = rim.iter().map(|s| s.pixel + s.normal * (far * half));
+                beyond.filter(|p| !outline.contains(*p)).for_each(|p| ask(1, p));
             }
         }
         let mean = |place: usize, what: usize| sums[place][what] / counts[place].max(1.0);
@@ -375,7 +394,8 @@ impl<'a> Evidence<'a> {
 
     /// Returns the same evidence asked for another object, whose colour is that of this one.
     pub fn of<'b>(&'b self, object: &'b Object) -> Evidence<'b> {
-        Evidence { object, colour: self.colour.clone(), hidden: self.hidden.clone(), ..*self }
+        let colour = self.colour.as_deref().map(Cow::Borrowed);
+        Evidence { object, colour, hidden: Cow::Borrowed(&*self.hidden), ..*self }
     }
 
     /// Climbs from a candidate at half size, where scores of several solids are compared.
@@ -493,8 +513,10 @@ impl<'a> Evidence<'a> {
                 for (dx, dy, dyaw) in moves.iter().take(if turns { 6 } else { 4 }) {
                     let mut trial =
                         Candidate { x: best.x + dx, y: best.y + dy, yaw: best.yaw + dyaw, ..best };
-                    trial.score = self.score(&trial.pose(), level, per_edge);
-                    if trial.score.total > next.score.total {
+                    let least = next.score.total;
+                    let score = self.score_above(least, &trial.pose(), level, per_edge);
+                    if let Some(score) = score.filter(|score| score.total > least) {
+                        trial.score = score;
                         next = trial;
                     }
                 }

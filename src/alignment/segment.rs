@@ -226,6 +226,8 @@ pub fn cut(
         .collect();
     let far = |a: usize, b: usize| (0..3).map(|c| (cells[a][c] - cells[b][c]).powi(2)).sum::<f64>();
     let mean = pairs.iter().map(|&(a, b)| far(a, b)).sum::<f64>() / pairs.len() as f64;
+    let links: Vec<f64> =
+        pairs.iter().map(|&(a, b)| border * (-far(a, b) / (2.0 * mean + 1e-9)).exp()).collect();
     for _ in 0..3 {
         let of = |wanted: bool| -> Vec<[f64; 3]> {
             (0..cells.len()).filter(|&i| object[i] == wanted).map(|i| cells[i]).collect()
@@ -240,8 +242,8 @@ pub fn cut(
             };
             flow.terminal(i, as_ground - as_object);
         }
-        for &(a, b) in &pairs {
-            flow.link(a, b, border * (-far(a, b) / (2.0 * mean + 1e-9)).exp());
+        for (&(a, b), capacity) in pairs.iter().zip(&links) {
+            flow.link(a, b, *capacity);
         }
         object = flow.source_side();
     }

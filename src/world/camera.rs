@@ -279,6 +279,7 @@ impl Intrinsics {
     }
 
     /// Returns whether the lens has no tangential terms, so that it is the same all round.
+    #[inline]
     pub fn is_radial(&self) -> bool {
         self.p1 == 0.0 && self.p2 == 0.0
     }

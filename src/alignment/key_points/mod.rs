@@ -375,7 +375,7 @@ mod tests {
         assert!(matches!(try_with(&bitten, &none), Err(Refused::Ragged(_))));
         assert!(matches!(try_with(&GrayImage::new(1280, 720), &none), Err(Refused::Empty)));
         let all = GrayImage::from_pixel(1280, 720, Luma([255]));
-        let behind = Hidden { mask: Some(all), hulls: Vec::new() };
+        let behind = Hidden { mask: Some(Arc::new(all)), hulls: Vec::new() };
         assert!(matches!(try_with(&mask, &behind), Err(Refused::Hidden(_))));
         // A disc is no cuboid.
         let disc = GrayImage::from_fn(1280, 720, |x, y| {

@@ -2,9 +2,17 @@
 //!
 //! Source: Lloyd, "Least squares quantization in PCM", 1982 (k-means).
 
+/// A colour, its variance, and the logarithms of that and of its share.
+struct Colour {
+    mean: [f64; 3],
+    variance: [f64; 3],
+    ln_variance: [f64; 3],
+    ln_share: f64,
+}
+
 /// A mixture of a few colours with their spreads and shares.
 pub(super) struct Palette {
-    colours: Vec<([f64; 3], [f64; 3], f64)>,
+    colours: Vec<Colour>,
 }
 
 impl Palette {
@@ -46,7 +54,13 @@ impl Palette {
                 // A floor of one CIELAB keeps a flat colour from being infinitely sure of itself.
                 let variance =
                     [0, 1, 2].map(|c| (square[c] / n - mean[c] * mean[c]).max(0.0) + 1.0);
-                colours.push((mean, variance, n / cells.len() as f64));
+                let ln_share = (n / cells.len() as f64).ln();
+                colours.push(Colour {
+                    mean,
+                    variance,
+                    ln_variance: variance.map(f64::ln),
+                    ln_share,
+                });
             }
         }
         Some(Self { colours })
@@ -56,12 +70,12 @@ impl Palette {
     pub(super) fn cost(&self, cell: &[f64; 3]) -> f64 {
         self.colours
             .iter()
-            .map(|(mean, variance, share)| {
+            .map(|Colour { mean, variance, ln_variance, ln_share }| {
                 (0..3)
-                    .map(|c| (cell[c] - mean[c]).powi(2) / variance[c] + variance[c].ln())
+                    .map(|c| (cell[c] - mean[c]).powi(2) / variance[c] + ln_variance[c])
                     .sum::<f64>()
                     / 2.0
-                    - share.ln()
+                    - ln_share
             })
             .fold(40.0, f64::min)
     }

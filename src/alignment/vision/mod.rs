@@ -10,6 +10,7 @@
 //! Source: the paper, section 2.2 (segment, contour, key points, placement).
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 mod believed;
 mod drawer;
@@ -275,7 +276,7 @@ impl Look<'_> {
             picture: &self.picture,
             table: &scene.table,
             eye: view.eye(),
-            ignore: options.ignore.clone(),
+            ignore: options.ignore.clone().map(Arc::new),
             sought: on_table.map(|object| Sought::of(object, camera, options)).collect(),
         };
         let mut sightings = everything.judged();

@@ -2,6 +2,8 @@
 //! behind or under another looked at again with that in front of it. Whether the picture then shows them is
 //! [`super::judge`]'s.
 
+use std::sync::Arc;
+
 use image::GrayImage;
 use nalgebra::{Point3, Vector2, Vector3};
 use rayon::prelude::*;
@@ -88,7 +90,7 @@ pub(super) struct Everything<'a> {
     /// Where the camera's eye is.
     pub(super) eye: Vector3<f64>,
     /// What is not to be looked at.
-    pub(super) ignore: Option<GrayImage>,
+    pub(super) ignore: Option<Arc<GrayImage>>,
     pub(super) sought: Vec<Sought<'a>>,
 }
 

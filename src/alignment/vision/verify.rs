@@ -1,5 +1,7 @@
 //! Whether a picture supports an object at a pose that is expected, standing or held.
 
+use std::sync::Arc;
+
 use image::{GrayImage, RgbImage};
 use nalgebra::Vector2;
 
@@ -59,7 +61,7 @@ impl Look<'_> {
         ignore: Option<&GrayImage>,
     ) -> Support {
         let picture = &self.picture;
-        let hidden = Hidden { mask: ignore.cloned(), hulls: Vec::new() };
+        let hidden = Hidden { mask: ignore.cloned().map(Arc::new), hulls: Vec::new() };
         let evidence = Evidence::new(picture, &self.view, object, self.change(), hidden);
         let score = evidence.score(world_from_object, 0, POINTS);
         let outline = evidence.outline(world_from_object, POINTS);
