@@ -24,7 +24,7 @@ task hold(o: Graspable) {
 fn slippery() -> LabSettings {
     let mut lab = LabSettings::perfect();
     lab.switches = lab::Switches { surfaces: true, ..lab.switches };
-    lab.things.pad_friction = [0.015, 0.015];
+    lab.things.pad_friction = [0.01, 0.01];
     lab.things.table_friction = [0.4, 0.4];
     lab.things.mass = [0.0, 0.0];
     for (name, x_m, y_m) in [("jar", 0.60, 0.10), ("cup", 0.58, -0.22)] {

@@ -112,7 +112,7 @@ impl Balls {
                 }
                 // More than single precision rounds off.
                 let radius = thing.radius as f32 + 1e-5;
-                squares[k] = radius * radius;
+                squares[k] = radius * radius + 2e-6;
             }
             let [x, y, z] = centres.map(f32x4::from);
             (Four3 { x, y, z }, f32x4::from(squares))
