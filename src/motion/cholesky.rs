@@ -4,9 +4,20 @@
 
 /// Solves `A x = b` for a symmetric positive definite `A`, n × n by columns, of which the lower half is read.
 ///
-/// `b` becomes `x` and `A` its factor. Returns whether `A` was positive definite; if not, both are spoilt.
+/// `b` becomes `x`, and `A` its factor with reciprocals on the diagonal. Returns whether `A` was positive definite; if not, both are spoilt.
 pub(super) fn solve(a: &mut [f64], b: &mut [f64]) -> bool {
-    let n = b.len();
+    match b.len() {
+        // The sizes of most arms: loops of known length are unrolled.
+        6 => sized(6, a, b),
+        7 => sized(7, a, b),
+        n => sized(n, a, b),
+    }
+}
+
+#[expect(clippy::inline_always, reason = "unrolled only where the size is known")]
+#[inline(always)]
+fn sized(n: usize, a: &mut [f64], b: &mut [f64]) -> bool {
+    let (a, b) = (&mut a[..n * n], &mut b[..n]);
     for j in 0..n {
         for k in 0..j {
             let factor = a[k * n + j];
@@ -19,12 +30,14 @@ pub(super) fn solve(a: &mut [f64], b: &mut [f64]) -> bool {
             return false;
         }
         let scale = 1.0 / pivot.sqrt();
-        for x in &mut a[j * n + j..(j + 1) * n] {
-            *x *= scale;
+        a[j * n + j] = scale;
+        for i in j + 1..n {
+            a[j * n + i] *= scale;
         }
     }
+    // The pivots' reciprocals stand for them.
     for j in 0..n {
-        b[j] /= a[j * n + j];
+        b[j] *= a[j * n + j];
         for i in j + 1..n {
             b[i] -= a[j * n + i] * b[j];
         }
@@ -33,7 +46,7 @@ pub(super) fn solve(a: &mut [f64], b: &mut [f64]) -> bool {
         for i in j + 1..n {
             b[j] -= a[j * n + i] * b[i];
         }
-        b[j] /= a[j * n + j];
+        b[j] *= a[j * n + j];
     }
     true
 }

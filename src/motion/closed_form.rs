@@ -18,6 +18,7 @@ use nalgebra::{Isometry3, SMatrix, Vector3};
 use wide::f64x4;
 
 use super::frames::Frame;
+use super::gate::Gate;
 use super::kinematics::frame_error;
 use super::robot::{Drive, Motion, Robot};
 
@@ -32,6 +33,11 @@ const EXACT: f64 = 1e-11;
 const IDEAL: f64 = 1e-13;
 /// Passes at most; away from a singular wrist four reach the last digits.
 const PASSES: usize = 6;
+/// The joints that are worked out.
+const OTHERS: [usize; 6] = [0, 1, 3, 4, 5, 6];
+/// A root is clear of the other when the square of the sine between them is above this; a bearing, when the square of how
+/// far it points is, against the forearm's.
+const CLEAR: f64 = 0.01;
 /// A stretched arm: rounding, or the wrist offset that the first pass leaves out, may put the target
 /// this much (relative) out of reach; the polish then decides.
 const SLACK: f64 = 1e-3;
@@ -57,22 +63,47 @@ pub struct ClosedForm {
 /// Joint 3 as one search tries it: all eight branches, `None` where there is no solution.
 pub(super) type Branches = [Option<[f64; 7]>; 8];
 
+/// What one value of joint 3 gives.
+pub(super) struct Looked {
+    pub(super) branches: Branches,
+    /// How far each branch that a gate shut is outside the limits, rad, to the gate's blur; infinite for all others.
+    pub(super) beyond: [f64; 8],
+}
+
 /// A sine and a cosine for each of four branches.
 #[derive(Clone, Copy)]
-struct Turn {
-    sin: f64x4,
-    cos: f64x4,
+pub(super) struct Turn {
+    pub(super) sin: f64x4,
+    pub(super) cos: f64x4,
 }
 
 /// Three numbers for each of four branches.
 type Three = [f64x4; 3];
 
-/// What is the same for all branches and passes.
-struct Target {
+/// A pose that is wanted, as the closed form sees it.
+pub(super) struct Wanted {
+    tip: Frame,
     /// The wanted axes of the last frame, and the wrist's end, in the frame of axes 1 and 2.
     turn: Frame,
-    q3: (f64, f64),
+    /// What joints that are free take, rad.
     near: [f64; 7],
+}
+
+/// What is the same for all branches and passes.
+struct Target<'w> {
+    turn: &'w Frame,
+    q3: (f64, f64),
+    near: &'w [f64; 7],
+}
+
+/// How four branches end.
+enum Four {
+    /// None of them leads anywhere.
+    Nowhere,
+    /// The gate shuts all of them, which are so far outside the limits, rad.
+    Shut([f64; 4]),
+    /// Where they stand, and how far the wrist is from where the last pass put it, m.
+    Ends(Pass, f64x4),
 }
 
 /// Where four branches stand after a pass.
@@ -83,6 +114,8 @@ struct Pass {
     holds: f64x4,
     /// Lanes in which a root was out of reach by less than the slack.
     is_stretched: f64x4,
+    /// Lanes in which no root and no bearing is anywhere near where it ceases to be one.
+    is_clear: f64x4,
 }
 
 impl ClosedForm {
@@ -157,77 +190,102 @@ impl ClosedForm {
         near: &[f64],
         found: &mut Vec<[f64; 7]>,
     ) {
-        let branches = self.branches(robot, &Frame::of(target), q3, near);
-        for q in branches.into_iter().flatten() {
+        let wanted = self.wanted(&Frame::of(target), near);
+        for q in self.branches(robot, &wanted, q3, None).branches.into_iter().flatten() {
             if !found.iter().any(|other| same(other, &q)) {
                 found.push(q);
             }
         }
     }
 
+    /// Prepares a pose of the tip; where a joint is free it takes its value from `near`.
+    pub(super) fn wanted(&self, tip: &Frame, near: &[f64]) -> Wanted {
+        let near = std::array::from_fn(|i| near[i] + self.zero[i]);
+        Wanted { tip: *tip, turn: self.seen(tip), near }
+    }
+
+    /// Returns the gate that a robot's limits make for [`Self::branches`].
+    pub(super) fn gate(&self, robot: &Robot) -> Gate {
+        // The first pass is off by the wrist's offset, seen from the links; ten times as much where a root is about to
+        // vanish, and ten times that to be sure.
+        let blur = 100.0 * (self.d6.abs() + MEET) / self.l1.abs().min(self.l2.abs());
+        Gate::of(robot, &self.zero, blur)
+    }
+
     /// Returns the solution of each branch with joint 3 at `q3`. Branches may share one.
     pub(super) fn branches(
         &self,
         robot: &Robot,
-        target: &Frame,
+        wanted: &Wanted,
         q3: f64,
-        near: &[f64],
-    ) -> Branches {
-        let shape = self.shape(target, q3, near);
-        let mut found = [None; 8];
-        self.some(robot, target, q3, &shape, 0b1111_1111, &mut found);
-        found
+        gate: Option<&Gate>,
+    ) -> Looked {
+        self.some(robot, wanted, q3, gate, 0b1111_1111)
     }
 
-    /// As [`Self::branches`], for one of them.
+    /// As [`Self::branches`], for one of them: its solution, or how far it is outside.
     pub(super) fn branch(
         &self,
         robot: &Robot,
-        target: &Frame,
+        wanted: &Wanted,
         q3: f64,
-        near: &[f64],
+        gate: &Gate,
         branch: usize,
-    ) -> Option<[f64; 7]> {
-        let mut found = [None; 8];
-        self.some(robot, target, q3, &self.shape(target, q3, near), 1 << branch, &mut found);
-        found[branch]
+    ) -> Result<[f64; 7], f64> {
+        let found = self.some(robot, wanted, q3, Some(gate), 1 << branch);
+        found.branches[branch].ok_or(found.beyond[branch])
     }
 
-    /// Works out the branches whose bit is set in `wanted`.
+    /// Works out the branches whose bit is set in `which`.
     fn some(
         &self,
         robot: &Robot,
-        target: &Frame,
+        wanted: &Wanted,
         q3: f64,
-        shape: &Target,
-        wanted: u32,
-        found: &mut Branches,
-    ) {
+        gate: Option<&Gate>,
+        which: u32,
+    ) -> Looked {
+        let target = Target {
+            turn: &wanted.turn,
+            q3: (q3 + self.zero[2]).sin_cos(),
+            near: &wanted.near,
+        };
+        let mut looked = Looked { branches: [None; 8], beyond: [f64::INFINITY; 8] };
         for (half, elbow) in [1.0, -1.0].into_iter().enumerate() {
-            if wanted & (0b0101_0101 << half) == 0 {
+            if which & (0b0101_0101 << half) == 0 {
                 continue;
             }
-            let Some((pass, off)) = self.four(shape, f64x4::splat(elbow)) else { continue };
-            let turns = pass.turns.map(|turn| (turn.sin.to_array(), turn.cos.to_array()));
+            let (pass, off) = match self.four(&target, f64x4::splat(elbow), gate) {
+                Four::Nowhere => continue,
+                Four::Shut(beyond) => {
+                    for (lane, beyond) in beyond.into_iter().enumerate() {
+                        looked.beyond[2 * lane + half] = beyond;
+                    }
+                    continue;
+                }
+                Four::Ends(pass, off) => (pass, off),
+            };
             let exact = if self.is_ideal {
                 (!pass.is_stretched & off.simd_lt(f64x4::splat(EXACT * 0.1))).to_bitmask()
             } else {
                 0
             };
             let holds = pass.holds.to_bitmask();
+            let angles = OTHERS.map(|i| pass.turns[i].sin.atan2(pass.turns[i].cos).to_array());
             for lane in 0..4 {
-                if holds & (1 << lane) == 0 || wanted & (1 << (2 * lane + half)) == 0 {
+                if holds & (1 << lane) == 0 || which & (1 << (2 * lane + half)) == 0 {
                     continue;
                 }
                 let mut q = [q3; 7];
-                for i in [0, 1, 3, 4, 5, 6] {
-                    q[i] = turns[i].0[lane].atan2(turns[i].1[lane]) - self.zero[i];
+                for (angles, i) in angles.iter().zip(OTHERS) {
+                    q[i] = angles[lane] - self.zero[i];
                 }
-                if exact & (1 << lane) != 0 || polish(robot, target, &mut q) {
-                    found[2 * lane + half] = Some(q);
+                if exact & (1 << lane) != 0 || polish(robot, &wanted.tip, &mut q) {
+                    looked.branches[2 * lane + half] = Some(q);
                 }
             }
         }
+        looked
     }
 
     /// Moves a target towards the shoulder, or away from it, until the wrist can be there, as far as the two links
@@ -258,28 +316,21 @@ impl ClosedForm {
         Frame { x, y, z, origin }
     }
 
-    fn shape(&self, target: &Frame, q3: f64, near: &[f64]) -> Target {
-        Target {
-            turn: self.seen(target),
-            q3: (q3 + self.zero[2]).sin_cos(),
-            near: std::array::from_fn(|i| near[i] + self.zero[i]),
-        }
-    }
-
-    /// Iterates four branches; also returns how far the wrist is from where the last pass put it, m. `None` when
-    /// none of the four leads anywhere.
-    fn four(&self, target: &Target, elbow: f64x4) -> Option<(Pass, f64x4)> {
+    /// Iterates four branches.
+    fn four(&self, target: &Target<'_>, elbow: f64x4, gate: Option<&Gate>) -> Four {
         let (x, y, end) =
             (three(&target.turn.x), three(&target.turn.y), three(&target.turn.origin));
         // The first pass leaves the wrist offset out, the later ones know joint 7 from the one before.
-        let mut pass = self.pass(&end, target, elbow);
+        let Some(mut pass) = self.pass(&end, target, elbow) else { return Four::Nowhere };
+        if let Some(gate) = gate
+            && (pass.is_clear & gate.shuts(&pass.turns)).all()
+        {
+            return Four::Shut(gate.beyond(&pass.turns));
+        }
         let mut off = f64x4::splat(f64::INFINITY);
         let d6 = f64x4::splat(self.d6);
         let mut last: Option<Turn> = None;
         for _ in 0..PASSES {
-            if !pass.holds.any() {
-                return None;
-            }
             let seven = pass.turns[6];
             if let Some(before) = last {
                 let (s, c) = (seven.sin - before.sin, seven.cos - before.cos);
@@ -294,13 +345,14 @@ impl ClosedForm {
                 wrist[i] -= d6 * (x[i] * seven.sin + y[i] * seven.cos);
             }
             last = Some(seven);
-            pass = self.pass(&wrist, target, elbow);
+            let Some(next) = self.pass(&wrist, target, elbow) else { return Four::Nowhere };
+            pass = next;
         }
-        Some((pass, off))
+        Four::Ends(pass, off)
     }
 
-    /// Solves for four branches with the wrist centre at `w`.
-    fn pass(&self, w: &Three, target: &Target, elbow: f64x4) -> Pass {
+    /// Solves for four branches with the wrist centre at `w`; `None` where none of them has a solution.
+    fn pass(&self, w: &Three, target: &Target<'_>, elbow: f64x4) -> Option<Pass> {
         let k = f64x4::splat;
         let (s3, c3) = (k(target.q3.0), k(target.q3.1));
         let (d2, l1, d4, l2) = (k(self.d2), k(self.l1), k(self.d4), k(self.l2));
@@ -309,13 +361,16 @@ impl ClosedForm {
         let two = k(2.0);
         let fixed = d2 * d2 + l1 * l1 + d4 * d4 + l2 * l2 + two * d2 * d4 * c3;
         let length = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
-        let (four, holds4, out4) =
-            root(two * l1 * l2, two * d2 * l2 * s3, length - fixed, elbow, near(3));
+        let four = root(two * l1 * l2, two * d2 * l2 * s3, length - fixed, elbow, near(3))?;
+        let (holds4, out4, clear4) = (four.holds, four.is_stretched, four.is_clear);
+        let four = four.turn;
         // The wrist before joint 2 turns it.
         let (x, y, z) =
             (c3 * l2 * four.sin - s3 * d4, s3 * l2 * four.sin + c3 * d4 + d2, l1 + l2 * four.cos);
         // Height: z cos q2 - x sin q2.
-        let (two, holds2, out2) = root(z, -x, w[2], f64x4::new([1.0, -1.0, 1.0, -1.0]), near(1));
+        let two = root(z, -x, w[2], f64x4::new([1.0, -1.0, 1.0, -1.0]), near(1))?;
+        let (holds2, out2, clear2) = (two.holds, two.is_stretched, two.is_clear);
+        let two = two.turn;
         let ahead = two.cos * x + two.sin * z;
         let one = unit(ahead * w[1] - y * w[0], ahead * w[0] + y * w[1], near(0), 1e-18);
         // What rotation is left for the wrist: Z5 Y6 Z7, by columns.
@@ -337,11 +392,14 @@ impl ClosedForm {
             cos: five.cos * left[1][1] - five.sin * left[1][0],
         };
         let three = Turn { sin: s3, cos: c3 };
-        Pass {
+        let aside = (w[0] * w[0] + w[1] * w[1]).simd_ge(k(CLEAR) * l2 * l2);
+        let holds = holds2 & holds4;
+        holds.any().then_some(Pass {
             turns: [one, two, three, four, five, six, seven],
-            holds: holds2 & holds4,
+            holds,
             is_stretched: out2 | out4,
-        }
+            is_clear: clear2 & clear4 & aside,
+        })
     }
 
     /// Returns how far the model is from the robot itself, m and rad, at a few positions of the joints.
@@ -401,20 +459,36 @@ fn three(v: &Vector3<f64>) -> Three {
     [f64x4::splat(v.x), f64x4::splat(v.y), f64x4::splat(v.z)]
 }
 
-/// Returns the root of `a cos x + b sin x = c` that `sign` picks, `free` where any `x` will do; where there is one;
-/// and where the slack was needed.
+/// One of the two roots, in four branches.
+struct Root {
+    turn: Turn,
+    /// Where there is one.
+    holds: f64x4,
+    /// Where the slack was needed.
+    is_stretched: f64x4,
+    /// Where it is far from the other root.
+    is_clear: f64x4,
+}
+
+/// Returns the root of `a cos x + b sin x = c` that `sign` picks, `free` where any `x` will do; `None` where there is
+/// none in any branch.
 #[expect(clippy::inline_always, reason = "a few instructions, dozens of times a pass")]
 #[inline(always)]
-fn root(a: f64x4, b: f64x4, c: f64x4, sign: f64x4, free: f64) -> (Turn, f64x4, f64x4) {
+fn root(a: f64x4, b: f64x4, c: f64x4, sign: f64x4, free: f64) -> Option<Root> {
     let size = a * a + b * b;
-    let rest = size - c * c;
-    let side = sign * rest.max(f64x4::ZERO).sqrt();
-    let turn = unit(b * c + a * side, a * c - b * side, free, 1e-36);
     let is_any = size.simd_lt(f64x4::splat(1e-24));
     let most = f64x4::splat((1.0 + SLACK) * (1.0 + SLACK));
     let reaches = (size * most).simd_ge(c * c);
     let holds = (!is_any & reaches) | (is_any & c.abs().simd_lt(f64x4::splat(1e-9)));
-    (turn, holds, rest.simd_lt(f64x4::ZERO))
+    if holds.none() {
+        return None;
+    }
+    let rest = size - c * c;
+    let side = sign * rest.max(f64x4::ZERO).sqrt();
+    let turn = unit(b * c + a * side, a * c - b * side, free, 1e-36);
+    let (is_stretched, is_clear) =
+        (rest.simd_lt(f64x4::ZERO), rest.simd_gt(f64x4::splat(CLEAR) * size));
+    Some(Root { turn, holds, is_stretched, is_clear })
 }
 
 /// Returns the turn towards a direction; `free`, rad, where the direction's square is no more than `least`.
@@ -442,7 +516,6 @@ impl Turn {
 
 /// Newton's method with joint 3 held; returns whether the result is exact.
 fn polish(robot: &Robot, target: &Frame, q: &mut [f64; 7]) -> bool {
-    const OTHERS: [usize; 6] = [0, 1, 3, 4, 5, 6];
     let mut jacobian = [0.0; 42];
     for _ in 0..8 {
         let tip = robot.jacobian_into(q, &mut jacobian);

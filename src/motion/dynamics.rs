@@ -1,7 +1,7 @@
 //! Rigid-body dynamics: gravity torques, inverse dynamics and the mass matrix.
 //!
-//! What is rigid is joined into one body per joint first. Forces and moments are written about the base origin in base
-//! axes, so that bodies add up without being moved. Rotor inertia and friction are not here: no value for the Gen3 is
+//! What is rigid is joined into one body per joint first. Each body is reckoned in its own frame, whose z is its joint's
+//! axis: what crosses a joint is turned in two planes, and what the joint feels is one number of it. Rotor inertia and friction are not here: no value for the Gen3 is
 //! published, and finding them is what the twin's effects are for.
 //!
 //! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2.
@@ -11,10 +11,12 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::cholesky;
 use super::error::Error;
 use super::fault::UrdfFault;
-use super::frames::{Frame, Frames, Node};
+use super::frames::{Frames, Node};
 use super::inertial::Inertial;
+use super::moments::{Field, Moments};
 use super::robot::Robot;
-use crate::world::frame::times;
+use super::scratch::{FEW, scratch};
+use super::steps::Step;
 
 /// Standard use in this program and in the reference values, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -40,7 +42,9 @@ pub struct Dynamics<'a> {
     opening: f64,
     frames: Frames,
     /// What moves with each frame, in that frame.
-    bodies: Vec<Inertial>,
+    joined: Vec<Inertial>,
+    /// The same by its moments.
+    bodies: Vec<Moments>,
 }
 
 impl<'a> Dynamics<'a> {
@@ -62,17 +66,18 @@ impl<'a> Dynamics<'a> {
             }
         }
         let gravity = Vector3::new(0.0, 0.0, -GRAVITY);
-        let (frames, bodies) = (Frames::default(), Vec::new());
-        Self { robot, massive, gravity, opening, frames, bodies }.joined()
+        let (frames, joined, bodies) = (Frames::default(), Vec::new(), Vec::new());
+        Self { robot, massive, gravity, opening, frames, joined, bodies }.joined()
     }
 
     /// Joins what is rigid.
     fn joined(mut self) -> Self {
         self.frames = Frames::of(&self.robot.links, self.opening, |_| true);
-        self.bodies = vec![Inertial::zero(); self.frames.nodes.len()];
+        self.joined = vec![Inertial::zero(); self.frames.nodes.len()];
         for (link, inertial) in &self.massive {
-            self.frames.join(*link, inertial, &mut self.bodies);
+            self.frames.join(*link, inertial, &mut self.joined);
         }
+        self.bodies = self.joined.iter().map(Moments::of).collect();
         self
     }
 
@@ -80,7 +85,8 @@ impl<'a> Dynamics<'a> {
     #[must_use]
     pub fn with_payload(mut self, payload: Inertial) -> Self {
         self.massive.push((self.robot.tip, payload));
-        self.frames.join(self.robot.tip, &payload, &mut self.bodies);
+        self.frames.join(self.robot.tip, &payload, &mut self.joined);
+        self.bodies = self.joined.iter().map(Moments::of).collect();
         self
     }
 
@@ -128,44 +134,47 @@ impl<'a> Dynamics<'a> {
     ///
     /// [`Error::WrongLength`] or [`Error::NotFinite`].
     ///
-    /// Source: recursive Newton-Euler, Featherstone §5.3, with vectors of three, all in base axes.
+    /// Source: recursive Newton-Euler, Featherstone §5.3, with vectors of three, each in its body's frame.
     pub fn inverse(&self, q: &[f64], dq: &[f64], ddq: &[f64]) -> Result<DVector<f64>, Error> {
         for values in [q, dq, ddq] {
             self.robot.check(values)?;
         }
-        let mut placed = Vec::with_capacity(self.bodies.len());
-        self.frames.place(q, &mut placed);
         let mut tau = DVector::zeros(self.robot.n_joints());
-        self.torques(&placed, dq, Some(ddq), tau.as_mut_slice());
+        self.with_steps(q, |steps| self.torques(steps, dq, Some(ddq), tau.as_mut_slice()));
         Ok(tau)
     }
 
+    /// Works out the steps between frames and hands them on. Those of most arms need no memory of the heap.
+    #[inline]
+    fn with_steps<T>(&self, q: &[f64], work: impl FnOnce(&[Step]) -> T) -> T {
+        let n = self.bodies.len();
+        let mut few = [Step::default(); FEW];
+        let mut many = Vec::new();
+        let steps = scratch(n, &mut few, &mut many);
+        self.frames.steps(q, steps);
+        work(steps)
+    }
+
     /// Adds the torques of a motion to `tau`; without `ddq`, those of no acceleration.
-    fn torques(&self, placed: &[Frame], dq: &[f64], ddq: Option<&[f64]>, tau: &mut [f64]) {
+    fn torques(&self, steps: &[Step], dq: &[f64], ddq: Option<&[f64]>, tau: &mut [f64]) {
         let nodes = &self.frames.nodes;
         // The base accelerates upwards in place of gravity pulling every body down.
         let still = State { acc: -self.gravity, ..State::default() };
-        let mut states: Vec<State> = Vec::with_capacity(nodes.len());
-        for ((node, frame), body) in nodes.iter().zip(placed).zip(&self.bodies) {
-            let (before, from) = match node.parent {
-                Some(parent) => (states[parent], placed[parent].origin),
-                None => (still, Vector3::zeros()),
-            };
+        let mut few = [State::default(); FEW];
+        let mut many = Vec::new();
+        let states = scratch(nodes.len(), &mut few, &mut many);
+        for (at, ((node, step), body)) in nodes.iter().zip(steps).zip(&self.bodies).enumerate() {
+            let before = node.parent.map_or(&still, |parent| &states[parent]);
             let rate = ddq.map_or(0.0, |ddq| ddq[node.index]);
-            states.push(
-                before
-                    .moved(node, frame, frame.origin - from, dq[node.index], rate)
-                    .with(body, frame),
-            );
+            states[at] = before.moved(node, step, dq[node.index], rate).with(body);
         }
         for at in (0..nodes.len()).rev() {
-            let (node, frame) = (&nodes[at], &placed[at]);
-            let State { force, moment, .. } = states[at];
-            let about = if node.slides { force } else { moment - frame.origin.cross(&force) };
-            tau[node.index] += node.multiplier * frame.z.dot(&about);
+            let (node, felt) = (&nodes[at], states[at].felt);
+            tau[node.index] += node.multiplier * node.along(&felt);
             if let Some(parent) = node.parent {
-                states[parent].force += force;
-                states[parent].moment += moment;
+                let (force, moment) = steps[at].wrench(felt);
+                let whole = &mut states[parent].felt;
+                *whole = (whole.0 + force, whole.1 + moment);
             }
         }
     }
@@ -176,51 +185,40 @@ impl<'a> Dynamics<'a> {
     ///
     /// [`Error::WrongLength`] or [`Error::NotFinite`].
     ///
-    /// Source: composite rigid bodies, Featherstone §6.2, all in base coordinates.
+    /// Source: composite rigid bodies, Featherstone §6.2, each in its own frame.
     pub fn mass_matrix(&self, q: &[f64]) -> Result<DMatrix<f64>, Error> {
         self.robot.check(q)?;
-        let mut placed = Vec::with_capacity(self.bodies.len());
-        self.frames.place(q, &mut placed);
         let n = self.robot.n_joints();
         let mut mass = DMatrix::zeros(n, n);
-        self.masses(&placed, mass.as_mut_slice());
+        self.with_steps(q, |steps| self.masses(steps, mass.as_mut_slice()));
         Ok(mass)
     }
 
     /// Adds the mass matrix to `mass`, n × n.
-    fn masses(&self, placed: &[Frame], mass: &mut [f64]) {
+    fn masses(&self, steps: &[Step], mass: &mut [f64]) {
         let n = self.robot.n_joints();
         let nodes = &self.frames.nodes;
-        let mut composite: Vec<Composite> = self
-            .bodies
-            .iter()
-            .zip(placed)
-            .map(|(body, frame)| Composite::of(body, frame))
-            .collect();
-        let mut axes: Vec<Vector3<f64>> = Vec::with_capacity(nodes.len());
-        axes.extend(placed.iter().map(|frame| frame.origin.cross(&frame.z)));
+        let mut few = [Moments::default(); FEW];
+        let mut many = Vec::new();
+        let composite = scratch(nodes.len(), &mut few, &mut many);
+        composite.copy_from_slice(&self.bodies);
         for at in (0..nodes.len()).rev() {
             let (node, whole) = (&nodes[at], composite[at]);
-            let z = placed[at].z;
-            let (force, moment) =
-                if node.slides { whole.pushed(&z) } else { whole.turned(&z, &axes[at]) };
-            let mut other = Some(at);
-            while let Some(above) = other {
+            let mut felt =
+                if node.slides { whole.pushed_along_z() } else { whole.turned_about_z() };
+            mass[node.index * n + node.index] +=
+                node.multiplier * node.multiplier * node.along(&felt);
+            let mut below = at;
+            while let Some(above) = nodes[below].parent {
                 let upper = &nodes[above];
-                let felt = if upper.slides {
-                    placed[above].z.dot(&force)
-                } else {
-                    placed[above].z.dot(&moment) + axes[above].dot(&force)
-                };
-                let coupling = node.multiplier * upper.multiplier * felt;
+                felt = steps[below].wrench(felt);
+                let coupling = node.multiplier * upper.multiplier * upper.along(&felt);
                 mass[node.index * n + upper.index] += coupling;
-                if above != at {
-                    mass[upper.index * n + node.index] += coupling;
-                }
-                other = upper.parent;
+                mass[upper.index * n + node.index] += coupling;
+                below = above;
             }
             if let Some(parent) = node.parent {
-                composite[parent].add(&whole);
+                composite[parent].add(&whole, &steps[at]);
             }
         }
     }
@@ -234,15 +232,19 @@ impl<'a> Dynamics<'a> {
         self.robot.check(tau)?;
         self.robot.check(q)?;
         self.robot.check(dq)?;
-        let mut placed = Vec::with_capacity(self.bodies.len());
-        self.frames.place(q, &mut placed);
         let n = tau.len();
-        let mut bias = vec![0.0; n];
-        self.torques(&placed, dq, None, &mut bias);
-        let mut rest = DVector::from_fn(n, |i, _| tau[i] - bias[i]);
-        let mut mass = vec![0.0; n * n];
-        self.masses(&placed, &mut mass);
-        if cholesky::solve(&mut mass, rest.as_mut_slice()) {
+        let mut rest = DVector::zeros(n);
+        let mut few = [0.0; FEW * FEW];
+        let mut many = Vec::new();
+        let mass = scratch(n * n, &mut few, &mut many);
+        self.with_steps(q, |steps| {
+            self.torques(steps, dq, None, rest.as_mut_slice());
+            self.masses(steps, mass);
+        });
+        for (rest, tau) in rest.iter_mut().zip(tau) {
+            *rest = tau - *rest;
+        }
+        if cholesky::solve(mass, rest.as_mut_slice()) {
             Ok(rest)
         } else {
             Err(Error::Urdf { what: UrdfFault::Massless })
@@ -250,7 +252,15 @@ impl<'a> Dynamics<'a> {
     }
 }
 
-/// How a frame moves, and what acts on it and on all that hangs on it; base axes.
+impl Node {
+    /// Returns what its joint feels of a force and a moment, N or N·m.
+    #[inline]
+    fn along(&self, (force, moment): &(Vector3<f64>, Vector3<f64>)) -> f64 {
+        if self.slides { force.z } else { moment.z }
+    }
+}
+
+/// How a frame moves, and what acts on it and on all that hangs on it; in its own axes.
 #[derive(Debug, Clone, Copy, Default)]
 struct State {
     /// rad/s.
@@ -259,99 +269,36 @@ struct State {
     alpha: Vector3<f64>,
     /// Of the frame's origin, m/s².
     acc: Vector3<f64>,
-    /// N.
-    force: Vector3<f64>,
-    /// About the base origin, N·m.
-    moment: Vector3<f64>,
+    /// What other places are accelerated by besides.
+    field: Field,
+    /// Force, N, and moment about the frame's origin, N·m.
+    felt: (Vector3<f64>, Vector3<f64>),
 }
 
 impl State {
-    /// Returns the motion of the next frame, whose origin is `arm` away, with its joint at speed `dq` and
-    /// acceleration `ddq`.
+    /// Returns the motion of the next frame, a step away, with its joint at speed `dq` and acceleration `ddq`.
     #[inline]
-    fn moved(&self, node: &Node, frame: &Frame, arm: Vector3<f64>, dq: f64, ddq: f64) -> Self {
-        let (omega, alpha) = (self.omega, self.alpha);
-        let acc = self.acc + alpha.cross(&arm) + omega.cross(&omega.cross(&arm));
-        let (fast, faster) = (frame.z * (node.multiplier * dq), frame.z * (node.multiplier * ddq));
-        let still = Self { omega, alpha, acc, ..Self::default() };
+    fn moved(&self, node: &Node, step: &Step, dq: f64, ddq: f64) -> Self {
+        let (fast, faster) = (node.multiplier * dq, node.multiplier * ddq);
+        let mut acc = step.inward(&(self.acc + self.field.times(&step.reach)));
+        let (mut omega, mut alpha) = (step.inward(&self.omega), step.inward(&self.alpha));
+        // What z crosses with the speed: Coriolis' part, twice for what slides.
+        let aside = Vector3::new(omega.y * fast, -omega.x * fast, 0.0);
         if node.slides {
-            return Self { acc: acc + faster + 2.0 * omega.cross(&fast), ..still };
+            acc += 2.0 * aside;
+            acc.z += faster;
+        } else {
+            omega.z += fast;
+            alpha += aside;
+            alpha.z += faster;
         }
-        Self { omega: omega + fast, alpha: alpha + faster + omega.cross(&fast), ..still }
+        Self { omega, alpha, acc, field: Field::of(&omega, &alpha), ..Self::default() }
     }
 
     /// Adds what it takes to move a body so.
     #[inline]
-    fn with(mut self, body: &Inertial, frame: &Frame) -> Self {
-        let com = frame.direction(&body.com);
-        let (omega, alpha) = (self.omega, self.alpha);
-        self.force = body.mass * (self.acc + alpha.cross(&com) + omega.cross(&omega.cross(&com)));
-        let (inside, push) = (frame.local(&omega), frame.local(&alpha));
-        let spin = times(&body.inertia, &push) + inside.cross(&times(&body.inertia, &inside));
-        self.moment = frame.direction(&spin) + (frame.origin + com).cross(&self.force);
+    fn with(mut self, body: &Moments) -> Self {
+        self.felt = body.moved(&self.acc, &self.field);
         self
-    }
-}
-
-/// Bodies welded together, about the base origin in base axes.
-#[derive(Debug, Clone, Copy)]
-struct Composite {
-    /// kg.
-    mass: f64,
-    /// Mass times centre of mass, kg·m.
-    first: Vector3<f64>,
-    /// Inertia, kg·m²: xx, yy, zz, then xy, xz, yz.
-    second: [f64; 6],
-}
-
-impl Composite {
-    #[inline]
-    fn of(body: &Inertial, frame: &Frame) -> Self {
-        let axes = [frame.x, frame.y, frame.z];
-        // R I R': each axis times what the inertia makes of it.
-        let mut second = [0.0; 6];
-        for (a, axis) in axes.iter().enumerate() {
-            let i = &body.inertia;
-            let b = frame.x * i[(a, 0)] + frame.y * i[(a, 1)] + frame.z * i[(a, 2)];
-            second[0] += axis.x * b.x;
-            second[1] += axis.y * b.y;
-            second[2] += axis.z * b.z;
-            second[3] += axis.x * b.y;
-            second[4] += axis.x * b.z;
-            second[5] += axis.y * b.z;
-        }
-        let c = frame.point(&body.com);
-        let first = c * body.mass;
-        second[0] += first.y * c.y + first.z * c.z;
-        second[1] += first.x * c.x + first.z * c.z;
-        second[2] += first.x * c.x + first.y * c.y;
-        second[3] -= first.x * c.y;
-        second[4] -= first.x * c.z;
-        second[5] -= first.y * c.z;
-        Self { mass: body.mass, first, second }
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.mass += other.mass;
-        self.first += other.first;
-        for (a, b) in self.second.iter_mut().zip(&other.second) {
-            *a += b;
-        }
-    }
-
-    /// Returns force and moment that turn it about an axis `z` with `arm`, the axis' point crossed with it.
-    fn turned(&self, z: &Vector3<f64>, arm: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        let [xx, yy, zz, xy, xz, yz] = self.second;
-        let spun = Vector3::new(
-            xx * z.x + xy * z.y + xz * z.z,
-            xy * z.x + yy * z.y + yz * z.z,
-            xz * z.x + yz * z.y + zz * z.z,
-        );
-        (arm * self.mass + z.cross(&self.first), spun + self.first.cross(arm))
-    }
-
-    /// Returns force and moment that push it along an axis.
-    fn pushed(&self, z: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        (z * self.mass, self.first.cross(z))
     }
 }

@@ -85,6 +85,21 @@ impl Frame {
         }
     }
 
+    /// Steps on to the frame of a node that hangs on this one; the turn is a sine and a cosine.
+    #[expect(clippy::inline_always, reason = "a frame that is handed over is copied through memory")]
+    #[inline(always)]
+    fn step(&mut self, node: &Node, q: &[f64], turn: (f64, f64)) {
+        self.origin = self.point(&node.shift);
+        if let Some(before) = node.before {
+            self.about_z(before);
+        }
+        self.about_x(node.tilt);
+        if node.slides {
+            self.origin += self.z * node.value(q);
+        }
+        self.about_z(turn);
+    }
+
     /// Turns the frame about its own x.
     #[inline]
     fn about_x(&mut self, (sin, cos): (f64, f64)) {
@@ -221,69 +236,46 @@ impl Frames {
     #[inline]
     pub(super) fn place(&self, q: &[f64], placed: &mut Vec<Frame>) {
         placed.clear();
-        self.each(
-            q,
-            |at, placed: &mut Vec<Frame>| match self.nodes[at].parent {
-                Some(parent) => placed[parent],
-                None => Frame::base(),
-            },
-            Vec::push,
-            placed,
-        );
+        self.each(q, |node, turn| {
+            let mut frame = node.parent.map_or_else(Frame::base, |parent| placed[parent]);
+            frame.step(node, q, turn);
+            placed.push(frame);
+        });
     }
 
     /// Runs along a chain: `visit` is told each frame; returns the last.
     #[inline]
     pub(super) fn run(&self, q: &[f64], mut visit: impl FnMut(&Node, &Frame)) -> Frame {
         debug_assert!(self.is_chain, "the way to a tip has no branch");
-        let mut state = (Frame::base(), 0);
-        self.each(
-            q,
-            |_, state: &mut (Frame, usize)| state.0,
-            |state, frame| {
-                visit(&self.nodes[state.1], &frame);
-                *state = (frame, state.1 + 1);
-            },
-            &mut state,
-        );
-        state.0
+        let mut frame = Frame::base();
+        self.each(q, |node, turn| {
+            frame.step(node, q, turn);
+            visit(node, &frame);
+        });
+        frame
     }
 
+    /// Tells of each node, parents first, the sine and cosine of its turn about z.
     #[expect(clippy::inline_always, reason = "its closures are a few instructions each")]
     #[inline(always)]
-    fn each<S>(
-        &self,
-        q: &[f64],
-        parent: impl Fn(usize, &mut S) -> Frame,
-        mut done: impl FnMut(&mut S, Frame),
-        state: &mut S,
-    ) {
-        for (chunk, nodes) in self.nodes.chunks(LANES).enumerate() {
+    fn each(&self, q: &[f64], mut visit: impl FnMut(&Node, (f64, f64))) {
+        for nodes in self.nodes.chunks(LANES) {
             let mut angles = [0.0; LANES];
             for (angle, node) in angles.iter_mut().zip(nodes) {
                 *angle = node.after + if node.slides { 0.0 } else { node.value(q) };
             }
             let (sines, cosines) = sin_cos(&angles);
-            for (k, node) in nodes.iter().enumerate() {
-                let mut frame = parent(chunk * LANES + k, state);
-                frame.origin = frame.point(&node.shift);
-                if let Some(before) = node.before {
-                    frame.about_z(before);
-                }
-                frame.about_x(node.tilt);
-                if node.slides {
-                    frame.origin += frame.z * node.value(q);
-                }
-                frame.about_z((sines[k], cosines[k]));
-                done(state, frame);
+            for (node, turn) in nodes.iter().zip(sines.into_iter().zip(cosines)) {
+                visit(node, turn);
             }
         }
     }
 }
 
 impl Node {
+    /// Returns the joint's value, rad or m.
     #[inline]
-    fn value(&self, q: &[f64]) -> f64 {
+    pub(super) fn value(&self, q: &[f64]) -> f64 {
         self.multiplier * q[self.index] + self.offset
     }
 }

@@ -13,8 +13,9 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::cholesky;
-use super::closed_form::{Branches, ClosedForm};
+use super::closed_form::{ClosedForm, Looked, Wanted};
 use super::frames::Frame;
+use super::gate::Gate;
 use super::kinematics::frame_error;
 use super::robot::{JointLimits, Motion, Robot};
 use super::unreached::nearest_distance;
@@ -131,10 +132,7 @@ impl<'a> Solver<'a> {
         let near = self.near(options);
         let mut search = Search::new(self, &near, accept);
         if let Some(form) = &self.closed_form {
-            search.sweep(form, target, options);
-            if search.found.is_empty() && search.outside {
-                search.windows(form, target);
-            }
+            search.closed(form, target, options);
         }
         if search.found.is_empty() && !(search.outside && search.refused) {
             // Also for the closed form: what the filter takes may lie between two values of joint 3.
@@ -256,7 +254,7 @@ struct Search<'s> {
     /// The filter refused a solution.
     refused: bool,
     /// What the closed form gave, by the value of joint 3.
-    swept: Vec<(f64, Branches)>,
+    swept: Vec<(f64, Looked)>,
 }
 
 impl<'s> Search<'s> {
@@ -285,8 +283,24 @@ impl<'s> Search<'s> {
         }
     }
 
+    /// Asks the closed form: a sweep over joint 3, and if that finds nothing, what lies between its values.
+    fn closed(&mut self, form: &ClosedForm, target: &Frame, options: &Options) {
+        let robot = self.solver.robot;
+        let wanted = form.wanted(target, self.near);
+        let gate = form.gate(robot);
+        self.sweep(form, &wanted, &gate, options);
+        if self.found.is_empty() && self.outside {
+            // Where a joint crosses its limit: at a pose that only joints at their limits reach, a single value of
+            // joint 3 serves.
+            let mut swept = std::mem::take(&mut self.swept);
+            for q in window::crossings(robot, form, &wanted, &gate, &mut swept) {
+                self.take(&q);
+            }
+        }
+    }
+
     /// Tries the value of joint 3 at hand, then a full turn of it, coarse before fine.
-    fn sweep(&mut self, form: &ClosedForm, target: &Frame, options: &Options) {
+    fn sweep(&mut self, form: &ClosedForm, wanted: &Wanted, gate: &Gate, options: &Options) {
         let solver = self.solver;
         let limits = &solver.robot.joints()[2];
         for k in 0..=options.sweep {
@@ -295,21 +309,22 @@ impl<'s> Search<'s> {
             if q3 < limits.lower || q3 > limits.upper {
                 continue;
             }
-            let branches = form.branches(solver.robot, target, q3, self.near);
-            if self.found.is_empty() {
-                self.swept.push((q3, branches));
-            }
-            if self.take_nearest(&branches, options.enough) {
+            let looked = form.branches(solver.robot, wanted, q3, Some(gate));
+            if self.take_nearest(&looked, options.enough) {
                 return;
+            }
+            if self.found.is_empty() {
+                self.swept.push((q3, looked));
             }
         }
     }
 
     /// Takes what fits of one value of joint 3, nearest first; returns whether there is enough.
-    fn take_nearest(&mut self, branches: &Branches, enough: usize) -> bool {
+    fn take_nearest(&mut self, looked: &Looked, enough: usize) -> bool {
         let mut fit = [(0.0, [0.0; 7]); 8];
         let mut n = 0;
-        for q in branches.iter().flatten() {
+        self.outside |= looked.beyond.iter().any(|beyond| beyond.is_finite());
+        for q in looked.branches.iter().flatten() {
             if let Some(q) = self.solver.fit(*q, self.near) {
                 fit[n] = (distance(&q, self.near), q);
                 n += 1;
@@ -327,16 +342,6 @@ impl<'s> Search<'s> {
             }
         }
         false
-    }
-
-    /// Looks between the values of joint 3 that were tried, where a joint crosses its limit: at a pose that only
-    /// joints at their limits reach, a single value of joint 3 serves.
-    fn windows(&mut self, form: &ClosedForm, target: &Frame) {
-        let solver = self.solver;
-        let mut swept = std::mem::take(&mut self.swept);
-        for q in window::crossings(solver.robot, form, target, self.near, &mut swept) {
-            self.take(&q);
-        }
     }
 
     fn descend(&mut self, target: &Frame, options: &Options, restarts: usize) {

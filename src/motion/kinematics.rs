@@ -11,6 +11,7 @@ use super::error::Error;
 use super::frames::Frame;
 use super::knuckle;
 use super::robot::{Drive, Joint, Motion, Robot};
+use super::scratch::{FEW, scratch};
 use crate::world::frame::{Base, Flange, Pose, Tool};
 
 impl Joint {
@@ -143,22 +144,26 @@ impl Robot {
     /// Writes the Jacobian into `columns`, six numbers a joint, and returns the tip's frame: one pass.
     pub(super) fn jacobian_into(&self, q: &[f64], columns: &mut [f64]) -> Frame {
         columns.fill(0.0);
-        // A joint and its mimics share a column. Linear parts are about the base's origin first.
-        let last = self.way.run(q, |node, frame| {
-            let axis = frame.z * node.multiplier;
-            let column = &mut columns[6 * node.index..6 * node.index + 6];
-            let linear = if node.slides { axis } else { frame.origin.cross(&axis) };
-            for i in 0..3 {
-                column[i] += linear[i];
-                column[i + 3] += if node.slides { 0.0 } else { axis[i] };
-            }
+        let nodes = &self.way.nodes;
+        let (mut few, mut many) = ([<[Vector3<f64>; 2]>::default(); FEW], Vec::new());
+        let axes = scratch(nodes.len(), &mut few, &mut many);
+        let mut left = axes.iter_mut();
+        let last = self.way.run(q, |_, frame| {
+            *left.next().expect("one for each node") = [frame.z, frame.origin];
         });
         let tip = last.then(&self.way_end);
-        for column in columns.chunks_exact_mut(6) {
-            let axis = Vector3::new(column[3], column[4], column[5]);
-            let moved = axis.cross(&tip.origin);
+        // A joint and its mimics share a column.
+        for (node, [z, origin]) in nodes.iter().zip(axes) {
+            let axis = *z * node.multiplier;
+            let (linear, angular) = if node.slides {
+                (axis, Vector3::zeros())
+            } else {
+                (axis.cross(&(tip.origin - *origin)), axis)
+            };
+            let column = &mut columns[6 * node.index..6 * node.index + 6];
             for i in 0..3 {
-                column[i] += moved[i];
+                column[i] += linear[i];
+                column[i + 3] += angular[i];
             }
         }
         tip

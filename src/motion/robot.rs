@@ -482,9 +482,12 @@ impl Robot {
         if q.len() != self.n_joints() {
             return Err(Error::WrongLength { expected: self.n_joints(), found: q.len() });
         }
-        let Some(index) = q.iter().position(|x| !x.is_finite() || x.abs() > MOST) else {
+        // Not a number is not within it either. Without a way out of the loop: this is asked before every pose.
+        if q.iter().fold(true, |fit, x| fit & (x.abs() <= MOST)) {
             return Ok(());
-        };
+        }
+        let is_no = |x: &f64| !x.is_finite() || x.abs() > MOST;
+        let index = q.iter().position(is_no).expect("one of them does not fit");
         let joint = self.joints[index].name.clone();
         Err(if q[index].is_finite() {
             Error::TooFar { joint, value: q[index], most: MOST }

@@ -55,11 +55,11 @@ pub(super) fn nearest_distance(
 
 /// Positions of the joints inside the limits from which the tip is near the target, by the closed form.
 fn guided(robot: &Robot, form: &ClosedForm, target: &Frame, near: &[f64]) -> Vec<Vec<f64>> {
-    let reachable = form.within_reach(target);
+    let reachable = form.wanted(&form.within_reach(target), near);
     let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
     for k in 0..SWEEP {
         let q3 = near[2] + std::f64::consts::TAU * f64::from(k) / f64::from(SWEEP);
-        for q in form.branches(robot, &reachable, q3, near).into_iter().flatten() {
+        for q in form.branches(robot, &reachable, q3, None).branches.into_iter().flatten() {
             let mut outside = 0.0;
             let held = robot.joints().iter().zip(q).map(|(joint, x)| {
                 let x = if joint.continuous { x } else { wrap(x) };

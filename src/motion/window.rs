@@ -7,8 +7,8 @@
 
 use std::f64::consts::TAU;
 
-use super::closed_form::{Branches, ClosedForm};
-use super::frames::Frame;
+use super::closed_form::{ClosedForm, Looked, Wanted};
+use super::gate::Gate;
 use super::ik::{SLACK, wrap};
 use super::robot::Robot;
 
@@ -21,20 +21,28 @@ const LOOKS: usize = 66;
 /// An excess that could not fall to nothing within the rest of a dip at this slope, rad/rad, ends it.
 const STEEPEST: f64 = 30.0;
 
+/// What a value of joint 3 gives of a branch: its excess, and the joint positions unless they are surely outside.
+type Look = (f64, Option<[f64; 7]>);
+
 /// Returns solutions that lie between the values of joint 3 in `swept`, each beside all its branches.
 pub(super) fn crossings(
     robot: &Robot,
     form: &ClosedForm,
-    target: &Frame,
-    near: &[f64],
-    swept: &mut [(f64, Branches)],
+    wanted: &Wanted,
+    gate: &Gate,
+    swept: &mut [(f64, Looked)],
 ) -> Vec<[f64; 7]> {
     swept.sort_by(|a, b| a.0.total_cmp(&b.0));
     let n = swept.len();
     let is_closed = robot.joints()[2].continuous;
     let mut found = Vec::new();
+    let mut excesses = vec![0.0; n];
     for branch in 0..8 {
-        let at = |k: usize| excess(robot, swept[k].1[branch].as_ref());
+        for ((_, looked), known) in swept.iter().zip(&mut excesses) {
+            *known = looked.branches[branch]
+                .map_or(looked.beyond[branch], |q| excess(robot, Some(&q)));
+        }
+        let at = |k: usize| excesses[k];
         for k in 0..n {
             let here = at(k);
             // Around a full turn the first follows the last.
@@ -48,16 +56,19 @@ pub(super) fn crossings(
                 (true, true) => (at(0), swept[0].0 + TAU),
                 _ => (at(k + 1), swept[k + 1].0),
             };
-            let look = |q3: f64| form.branch(robot, target, q3, near, branch);
+            let look = |q3: f64| match form.branch(robot, wanted, q3, gate, branch) {
+                Ok(q) => (excess(robot, Some(&q)), Some(q)),
+                Err(beyond) => (beyond, None),
+            };
             let at = swept[k].0;
             if here <= SHALLOW && here <= before && here <= after {
-                found.extend(dip(robot, &look, [low, at, high], None));
+                found.extend(dip(&look, [low, at, high], look(at)));
             } else if here.min(after) <= LEVEL {
                 // Beside a level stretch a dip shows at no sample.
                 let middle = 0.5 * (at + high);
-                let q = look(middle);
-                if excess(robot, q.as_ref()) <= here.min(after) {
-                    found.extend(dip(robot, &look, [at, middle, high], q));
+                let known = look(middle);
+                if known.0 <= here.min(after) {
+                    found.extend(dip(&look, [at, middle, high], known));
                 }
             }
         }
@@ -68,15 +79,12 @@ pub(super) fn crossings(
 /// Narrows a dip of the excess between the outer two of three values of joint 3; returns the solution at its bottom, if
 /// it is one. `known` is what was found at the one between.
 fn dip(
-    robot: &Robot,
-    look: &dyn Fn(f64) -> Option<[f64; 7]>,
+    look: &dyn Fn(f64) -> Look,
     [mut low, mut at, mut high]: [f64; 3],
-    known: Option<[f64; 7]>,
+    (mut least, mut best): Look,
 ) -> Option<[f64; 7]> {
     // (3 - √5) / 2, the golden section.
     const GOLDEN: f64 = 0.381_966_011_250_105;
-    let mut best = known.or_else(|| look(at));
-    let mut least = excess(robot, best.as_ref());
     for _ in 0..LOOKS {
         // A tenth of the slack: what is found is told apart from what nearly is.
         if least <= 0.1 * SLACK {
@@ -87,8 +95,7 @@ fn dip(
         }
         let next =
             if high - at > at - low { at + GOLDEN * (high - at) } else { at - GOLDEN * (at - low) };
-        let q = look(next);
-        let found = excess(robot, q.as_ref());
+        let (found, q) = look(next);
         if found <= least {
             if next > at {
                 low = at;

@@ -1,0 +1,87 @@
+//! From each moving frame of a robot to the next: how far and which way turned, at given joint positions.
+//!
+//! What is reckoned body by body needs no frame in the base: a vector is carried over a joint with two plane turns, a third
+//! of the products that placing the frame and carrying it into the base would take. Frames in the base are
+//! [`super::frames`].
+//!
+//! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, §4.4: the transforms between neighbouring bodies.
+
+use nalgebra::Vector3;
+
+use super::frames::{Frames, Node};
+use super::sin_cos::{LANES, sin_cos};
+
+/// What lies between a frame and the one it hangs on. The turns are about z, x and z, each a sine and a cosine.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Step {
+    pub(super) before: Option<(f64, f64)>,
+    pub(super) tilt: (f64, f64),
+    pub(super) turn: (f64, f64),
+    /// From the parent's origin, in the parent's frame, m.
+    pub(super) reach: Vector3<f64>,
+}
+
+impl Step {
+    /// Carries a direction of the frame into its parent's.
+    #[inline]
+    pub(super) fn outward(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        let (x, y) = turned((v.x, v.y), self.turn);
+        let (y, z) = turned((y, v.z), self.tilt);
+        let (x, y) = self.before.map_or((x, y), |before| turned((x, y), before));
+        Vector3::new(x, y, z)
+    }
+
+    /// Carries a direction of the parent's frame into this one.
+    #[inline]
+    pub(super) fn inward(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        let (x, y) = self.before.map_or((v.x, v.y), |before| back((v.x, v.y), before));
+        let (y, z) = back((y, v.z), self.tilt);
+        let (x, y) = back((x, y), self.turn);
+        Vector3::new(x, y, z)
+    }
+
+    /// Carries a force, and a moment about the frame's origin, to the parent's origin and frame.
+    #[inline]
+    pub(super) fn wrench(
+        &self,
+        (force, moment): (Vector3<f64>, Vector3<f64>),
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let force = self.outward(&force);
+        (force, self.outward(&moment) + self.reach.cross(&force))
+    }
+}
+
+#[inline]
+fn turned((a, b): (f64, f64), (sin, cos): (f64, f64)) -> (f64, f64) {
+    (a * cos - b * sin, b * cos + a * sin)
+}
+
+#[inline]
+fn back((a, b): (f64, f64), (sin, cos): (f64, f64)) -> (f64, f64) {
+    (a * cos + b * sin, b * cos - a * sin)
+}
+
+impl Frames {
+    /// Writes the step to every frame for joint positions `q` (rad, m for sliding joints); one entry a frame.
+    #[inline]
+    pub(super) fn steps(&self, q: &[f64], steps: &mut [Step]) {
+        for (nodes, steps) in self.nodes.chunks(LANES).zip(steps.chunks_mut(LANES)) {
+            let mut angles = [0.0; LANES];
+            for (angle, node) in angles.iter_mut().zip(nodes) {
+                *angle = node.after + if node.slides { 0.0 } else { node.value(q) };
+            }
+            let (sines, cosines) = sin_cos(&angles);
+            for (k, (node, step)) in nodes.iter().zip(steps).enumerate() {
+                let reach = if node.slides { slid(node, node.value(q)) } else { node.shift };
+                let turn = (sines[k], cosines[k]);
+                *step = Step { before: node.before, tilt: node.tilt, turn, reach };
+            }
+        }
+    }
+}
+
+/// Returns where a sliding joint puts its frame, in the parent's, m.
+fn slid(node: &Node, by: f64) -> Vector3<f64> {
+    let still = Step { before: node.before, tilt: node.tilt, turn: (0.0, 1.0), ..Step::default() };
+    node.shift + still.outward(&Vector3::z()) * by
+}
