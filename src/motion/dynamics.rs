@@ -6,6 +6,8 @@
 //!
 //! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2.
 
+#![expect(clippy::inline_always, reason = "what is not inlined into `widest` misses the registers")]
+
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::cholesky;
@@ -17,6 +19,7 @@ use super::moments::{Field, Moments};
 use super::robot::Robot;
 use super::scratch::{FEW, scratch};
 use super::steps::Step;
+use super::widest::widest;
 
 /// Standard use in this program and in the reference values, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -140,22 +143,32 @@ impl<'a> Dynamics<'a> {
             self.robot.check(values)?;
         }
         let mut tau = DVector::zeros(self.robot.n_joints());
-        self.with_steps(q, |steps| self.torques(steps, dq, Some(ddq), tau.as_mut_slice()));
+        self.with_steps(
+            q,
+            #[inline(always)]
+            |steps| self.torques(steps, dq, Some(ddq), tau.as_mut_slice()),
+        );
         Ok(tau)
     }
 
     /// Works out the steps between frames and hands them on. Those of most arms need no memory of the heap.
-    #[inline]
+    #[inline(always)]
     fn with_steps<T>(&self, q: &[f64], work: impl FnOnce(&[Step]) -> T) -> T {
         let n = self.bodies.len();
         let mut few = [Step::default(); FEW];
         let mut many = Vec::new();
         let steps = scratch(n, &mut few, &mut many);
-        self.frames.steps(q, steps);
-        work(steps)
+        widest(
+            #[inline(always)]
+            || {
+                self.frames.steps(q, steps);
+                work(steps)
+            },
+        )
     }
 
     /// Adds the torques of a motion to `tau`; without `ddq`, those of no acceleration.
+    #[inline(always)]
     fn torques(&self, steps: &[Step], dq: &[f64], ddq: Option<&[f64]>, tau: &mut [f64]) {
         let nodes = &self.frames.nodes;
         // The base accelerates upwards in place of gravity pulling every body down.
@@ -190,11 +203,16 @@ impl<'a> Dynamics<'a> {
         self.robot.check(q)?;
         let n = self.robot.n_joints();
         let mut mass = DMatrix::zeros(n, n);
-        self.with_steps(q, |steps| self.masses(steps, mass.as_mut_slice()));
+        self.with_steps(
+            q,
+            #[inline(always)]
+            |steps| self.masses(steps, mass.as_mut_slice()),
+        );
         Ok(mass)
     }
 
     /// Adds the mass matrix to `mass`, n × n.
+    #[inline(always)]
     fn masses(&self, steps: &[Step], mass: &mut [f64]) {
         let n = self.robot.n_joints();
         let nodes = &self.frames.nodes;
@@ -237,10 +255,14 @@ impl<'a> Dynamics<'a> {
         let mut few = [0.0; FEW * FEW];
         let mut many = Vec::new();
         let mass = scratch(n * n, &mut few, &mut many);
-        self.with_steps(q, |steps| {
-            self.torques(steps, dq, None, rest.as_mut_slice());
-            self.masses(steps, mass);
-        });
+        self.with_steps(
+            q,
+            #[inline(always)]
+            |steps| {
+                self.torques(steps, dq, None, rest.as_mut_slice());
+                self.masses(steps, mass);
+            },
+        );
         for (rest, tau) in rest.iter_mut().zip(tau) {
             *rest = tau - *rest;
         }
@@ -277,7 +299,7 @@ struct State {
 
 impl State {
     /// Returns the motion of the next frame, a step away, with its joint at speed `dq` and acceleration `ddq`.
-    #[inline]
+    #[inline(always)]
     fn moved(&self, node: &Node, step: &Step, dq: f64, ddq: f64) -> Self {
         let (fast, faster) = (node.multiplier * dq, node.multiplier * ddq);
         let mut acc = step.inward(&(self.acc + self.field.times(&step.reach)));
@@ -296,7 +318,7 @@ impl State {
     }
 
     /// Adds what it takes to move a body so.
-    #[inline]
+    #[inline(always)]
     fn with(mut self, body: &Moments) -> Self {
         self.felt = body.moved(&self.acc, &self.field);
         self

@@ -7,6 +7,8 @@
 //!
 //! Source: the angles are Euler's (z, x, z); a tree of bodies: Featherstone, *Rigid Body Dynamics Algorithms*, §4.1.
 
+#![expect(clippy::inline_always, reason = "what is not inlined into `widest` misses the registers")]
+
 use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
@@ -86,7 +88,6 @@ impl Frame {
     }
 
     /// Steps on to the frame of a node that hangs on this one; the turn is a sine and a cosine.
-    #[expect(clippy::inline_always, reason = "a frame that is handed over is copied through memory")]
     #[inline(always)]
     fn step(&mut self, node: &Node, q: &[f64], turn: (f64, f64)) {
         self.origin = self.point(&node.shift);
@@ -244,19 +245,22 @@ impl Frames {
     }
 
     /// Runs along a chain: `visit` is told each frame; returns the last.
-    #[inline]
+    #[inline(always)]
     pub(super) fn run(&self, q: &[f64], mut visit: impl FnMut(&Node, &Frame)) -> Frame {
         debug_assert!(self.is_chain, "the way to a tip has no branch");
         let mut frame = Frame::base();
-        self.each(q, |node, turn| {
-            frame.step(node, q, turn);
-            visit(node, &frame);
-        });
+        self.each(
+            q,
+            #[inline(always)]
+            |node, turn| {
+                frame.step(node, q, turn);
+                visit(node, &frame);
+            },
+        );
         frame
     }
 
     /// Tells of each node, parents first, the sine and cosine of its turn about z.
-    #[expect(clippy::inline_always, reason = "its closures are a few instructions each")]
     #[inline(always)]
     fn each(&self, q: &[f64], mut visit: impl FnMut(&Node, (f64, f64))) {
         for nodes in self.nodes.chunks(LANES) {

@@ -5,6 +5,8 @@
 //!
 //! Source: Siciliano et al., *Robotics*, 2009, §2.8 and §3.1.3.
 
+#![expect(clippy::inline_always, reason = "what is not inlined into `widest` misses the registers")]
+
 use nalgebra::{Isometry3, Matrix6xX, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use super::error::Error;
@@ -12,6 +14,7 @@ use super::frames::Frame;
 use super::knuckle;
 use super::robot::{Drive, Joint, Motion, Robot};
 use super::scratch::{FEW, scratch};
+use super::widest::widest;
 use crate::world::frame::{Base, Flange, Pose, Tool};
 
 impl Joint {
@@ -106,7 +109,10 @@ impl Robot {
 
     /// Returns where the tip is, for a `q` that is known to fit: the inner loop of planning.
     pub(super) fn tip_frame(&self, q: &[f64]) -> Frame {
-        self.way.run(q, |_, _| {}).then(&self.way_end)
+        widest(
+            #[inline(always)]
+            || self.way.run(q, |_, _| {}).then(&self.way_end),
+        )
     }
 
     /// Carries points of the tool into the flange; constant, since the tool is rigid. Identity when the
@@ -143,14 +149,24 @@ impl Robot {
 
     /// Writes the Jacobian into `columns`, six numbers a joint, and returns the tip's frame: one pass.
     pub(super) fn jacobian_into(&self, q: &[f64], columns: &mut [f64]) -> Frame {
+        widest(
+            #[inline(always)]
+            || self.columns(q, columns),
+        )
+    }
+
+    #[inline(always)]
+    fn columns(&self, q: &[f64], columns: &mut [f64]) -> Frame {
         columns.fill(0.0);
         let nodes = &self.way.nodes;
         let (mut few, mut many) = ([<[Vector3<f64>; 2]>::default(); FEW], Vec::new());
         let axes = scratch(nodes.len(), &mut few, &mut many);
         let mut left = axes.iter_mut();
-        let last = self.way.run(q, |_, frame| {
-            *left.next().expect("one for each node") = [frame.z, frame.origin];
-        });
+        let last = self.way.run(
+            q,
+            #[inline(always)]
+            |_, frame| *left.next().expect("one for each node") = [frame.z, frame.origin],
+        );
         let tip = last.then(&self.way_end);
         // A joint and its mimics share a column.
         for (node, [z, origin]) in nodes.iter().zip(axes) {

@@ -30,6 +30,7 @@ pub mod solid;
 pub mod inertial;
 mod sin_cos;
 mod lanes;
+mod widest;
 mod looking;
 mod spheres;
 mod frames;

@@ -6,6 +6,8 @@
 //! Source: the pseudo-inertia of Wensing, Kim and Slotine, "Linear matrix inequalities for physically consistent inertial
 //! parameter identification", RA-L 2018; its second moments are half the trace of the inertia less the inertia.
 
+#![expect(clippy::inline_always, reason = "what is not inlined into `widest` misses the registers")]
+
 use nalgebra::Vector3;
 
 use super::inertial::Inertial;
@@ -40,7 +42,7 @@ impl Moments {
     }
 
     /// Adds a body that is given in the frame a step beyond this one.
-    #[inline]
+    #[inline(always)]
     pub(super) fn add(&mut self, beyond: &Self, step: &Step) {
         let h = step.outward(&beyond.first);
         let [xx, yy, zz, xy, xz, yz] = beyond.second;
@@ -63,14 +65,14 @@ impl Moments {
     }
 
     /// Returns force and moment that give a turn about z, 1 rad/s².
-    #[inline]
+    #[inline(always)]
     pub(super) fn turned_about_z(&self) -> (Vector3<f64>, Vector3<f64>) {
         let [xx, yy, _, _, xz, yz] = self.second;
         (Vector3::new(-self.first.y, self.first.x, 0.0), Vector3::new(-xz, -yz, xx + yy))
     }
 
     /// Returns force and moment that push along z, 1 m/s².
-    #[inline]
+    #[inline(always)]
     pub(super) fn pushed_along_z(&self) -> (Vector3<f64>, Vector3<f64>) {
         let (x, y) = (self.first.x, self.first.y);
         (Vector3::new(0.0, 0.0, self.mass), Vector3::new(y, -x, 0.0))
@@ -78,7 +80,7 @@ impl Moments {
 
     /// Returns force and moment when the frame's origin is accelerated by `acc`, m/s², and a place `r` by `field` times
     /// `r` more, 1/s².
-    #[inline]
+    #[inline(always)]
     pub(super) fn moved(&self, acc: &Vector3<f64>, field: &Field) -> (Vector3<f64>, Vector3<f64>) {
         let force = acc * self.mass + field.times(&self.first);
         let [xx, yy, zz, xy, xz, yz] = self.second;
@@ -94,7 +96,7 @@ impl Moments {
 }
 
 /// Turns second moments in a plane of axes a and b, c being the third: aa, bb, ab, ac, bc.
-#[inline]
+#[inline(always)]
 fn turned([aa, bb, ab, ac, bc]: [f64; 5], (sin, cos): (f64, f64)) -> [f64; 5] {
     let mixed = sin * (aa - bb) + 2.0 * cos * ab;
     let over = sin * mixed;
@@ -111,7 +113,7 @@ pub(super) struct Field {
 
 impl Field {
     /// Returns the field of a turn at `omega` rad/s and `alpha` rad/s².
-    #[inline]
+    #[inline(always)]
     pub(super) fn of(omega: &Vector3<f64>, alpha: &Vector3<f64>) -> Self {
         let (xx, yy, zz) = (omega.x * omega.x, omega.y * omega.y, omega.z * omega.z);
         let (xy, xz, yz) = (omega.x * omega.y, omega.x * omega.z, omega.y * omega.z);
@@ -122,7 +124,7 @@ impl Field {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn times(&self, r: &Vector3<f64>) -> Vector3<f64> {
         let row = |[a, b, c]: [f64; 3]| a * r.x + b * r.y + c * r.z;
         Vector3::new(row(self.x), row(self.y), row(self.z))

@@ -37,7 +37,8 @@ const COSINE: [f64; 6] = [
 ];
 
 /// Returns the sines and the cosines of angles, rad.
-#[inline]
+#[expect(clippy::inline_always, reason = "it is built again for each kind of processor")]
+#[inline(always)]
 pub(super) fn sin_cos(angles: &[f64; LANES]) -> ([f64; LANES], [f64; LANES]) {
     let (mut sines, mut cosines) = ([0.0; LANES], [0.0; LANES]);
     for i in 0..LANES {

@@ -6,6 +6,8 @@
 //!
 //! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, §4.4: the transforms between neighbouring bodies.
 
+#![expect(clippy::inline_always, reason = "what is not inlined into `widest` misses the registers")]
+
 use nalgebra::Vector3;
 
 use super::frames::{Frames, Node};
@@ -23,7 +25,7 @@ pub(super) struct Step {
 
 impl Step {
     /// Carries a direction of the frame into its parent's.
-    #[inline]
+    #[inline(always)]
     pub(super) fn outward(&self, v: &Vector3<f64>) -> Vector3<f64> {
         let (x, y) = turned((v.x, v.y), self.turn);
         let (y, z) = turned((y, v.z), self.tilt);
@@ -32,7 +34,7 @@ impl Step {
     }
 
     /// Carries a direction of the parent's frame into this one.
-    #[inline]
+    #[inline(always)]
     pub(super) fn inward(&self, v: &Vector3<f64>) -> Vector3<f64> {
         let (x, y) = self.before.map_or((v.x, v.y), |before| back((v.x, v.y), before));
         let (y, z) = back((y, v.z), self.tilt);
@@ -41,7 +43,7 @@ impl Step {
     }
 
     /// Carries a force, and a moment about the frame's origin, to the parent's origin and frame.
-    #[inline]
+    #[inline(always)]
     pub(super) fn wrench(
         &self,
         (force, moment): (Vector3<f64>, Vector3<f64>),
@@ -51,19 +53,19 @@ impl Step {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn turned((a, b): (f64, f64), (sin, cos): (f64, f64)) -> (f64, f64) {
     (a * cos - b * sin, b * cos + a * sin)
 }
 
-#[inline]
+#[inline(always)]
 fn back((a, b): (f64, f64), (sin, cos): (f64, f64)) -> (f64, f64) {
     (a * cos + b * sin, b * cos - a * sin)
 }
 
 impl Frames {
     /// Writes the step to every frame for joint positions `q` (rad, m for sliding joints); one entry a frame.
-    #[inline]
+    #[inline(always)]
     pub(super) fn steps(&self, q: &[f64], steps: &mut [Step]) {
         for (nodes, steps) in self.nodes.chunks(LANES).zip(steps.chunks_mut(LANES)) {
             let mut angles = [0.0; LANES];
