@@ -14,6 +14,8 @@
 //! Source: derived here from the joint origins; the sub-problems are those of Paden and Kahan (Murray,
 //! Li and Sastry, *A Mathematical Introduction to Robotic Manipulation*, 1994, §3.2).
 
+#![expect(clippy::inline_always, reason = "what is not inlined into `widest` misses the registers")]
+
 use nalgebra::{Isometry3, SMatrix, Vector3};
 use wide::f64x4;
 
@@ -21,6 +23,7 @@ use super::frames::Frame;
 use super::gate::Gate;
 use super::kinematics::frame_error;
 use super::robot::{Drive, Motion, Robot};
+use super::widest::widest;
 
 /// How far, m, neighbouring axes may miss each other and still count as meeting: link files print six
 /// digits or more, and the polish takes up the rest.
@@ -68,6 +71,12 @@ pub(super) struct Looked {
     pub(super) branches: Branches,
     /// How far each branch that a gate shut is outside the limits, rad, to the gate's blur; infinite for all others.
     pub(super) beyond: [f64; 8],
+}
+
+impl Default for Looked {
+    fn default() -> Self {
+        Self { branches: [None; 8], beyond: [f64::INFINITY; 8] }
+    }
 }
 
 /// A sine and a cosine for each of four branches.
@@ -220,7 +229,9 @@ impl ClosedForm {
         q3: f64,
         gate: Option<&Gate>,
     ) -> Looked {
-        self.some(robot, wanted, q3, gate, 0b1111_1111)
+        let mut looked = Looked::default();
+        self.some(robot, wanted, q3, gate, 0b1111_1111, &mut looked);
+        looked
     }
 
     /// As [`Self::branches`], for one of them: its solution, or how far it is outside.
@@ -232,7 +243,8 @@ impl ClosedForm {
         gate: &Gate,
         branch: usize,
     ) -> Result<[f64; 7], f64> {
-        let found = self.some(robot, wanted, q3, Some(gate), 1 << branch);
+        let mut found = Looked::default();
+        self.some(robot, wanted, q3, Some(gate), 1 << branch, &mut found);
         found.branches[branch].ok_or(found.beyond[branch])
     }
 
@@ -244,13 +256,26 @@ impl ClosedForm {
         q3: f64,
         gate: Option<&Gate>,
         which: u32,
-    ) -> Looked {
-        let target = Target {
-            turn: &wanted.turn,
-            q3: (q3 + self.zero[2]).sin_cos(),
-            near: &wanted.near,
-        };
-        let mut looked = Looked { branches: [None; 8], beyond: [f64::INFINITY; 8] };
+        looked: &mut Looked,
+    ) {
+        widest(
+            #[inline(always)]
+            || self.built(robot, wanted, q3, gate, which, looked),
+        );
+    }
+
+    #[inline(always)]
+    fn built(
+        &self,
+        robot: &Robot,
+        wanted: &Wanted,
+        q3: f64,
+        gate: Option<&Gate>,
+        which: u32,
+        looked: &mut Looked,
+    ) {
+        let target =
+            Target { turn: &wanted.turn, q3: (q3 + self.zero[2]).sin_cos(), near: &wanted.near };
         for (half, elbow) in [1.0, -1.0].into_iter().enumerate() {
             if which & (0b0101_0101 << half) == 0 {
                 continue;
@@ -285,7 +310,6 @@ impl ClosedForm {
                 }
             }
         }
-        looked
     }
 
     /// Moves a target towards the shoulder, or away from it, until the wrist can be there, as far as the two links
@@ -317,6 +341,7 @@ impl ClosedForm {
     }
 
     /// Iterates four branches.
+    #[inline(always)]
     fn four(&self, target: &Target<'_>, elbow: f64x4, gate: Option<&Gate>) -> Four {
         let (x, y, end) =
             (three(&target.turn.x), three(&target.turn.y), three(&target.turn.origin));
@@ -352,6 +377,7 @@ impl ClosedForm {
     }
 
     /// Solves for four branches with the wrist centre at `w`; `None` where none of them has a solution.
+    #[inline(always)]
     fn pass(&self, w: &Three, target: &Target<'_>, elbow: f64x4) -> Option<Pass> {
         let k = f64x4::splat;
         let (s3, c3) = (k(target.q3.0), k(target.q3.1));
@@ -453,7 +479,6 @@ fn unwound(mut frame: Frame, axes: &[Vector3<f64>; 7]) -> (Frame, [f64; 7]) {
     (frame, zero)
 }
 
-#[expect(clippy::inline_always, reason = "a few instructions, dozens of times a pass")]
 #[inline(always)]
 fn three(v: &Vector3<f64>) -> Three {
     [f64x4::splat(v.x), f64x4::splat(v.y), f64x4::splat(v.z)]
@@ -472,7 +497,6 @@ struct Root {
 
 /// Returns the root of `a cos x + b sin x = c` that `sign` picks, `free` where any `x` will do; `None` where there is
 /// none in any branch.
-#[expect(clippy::inline_always, reason = "a few instructions, dozens of times a pass")]
 #[inline(always)]
 fn root(a: f64x4, b: f64x4, c: f64x4, sign: f64x4, free: f64) -> Option<Root> {
     let size = a * a + b * b;
@@ -485,14 +509,20 @@ fn root(a: f64x4, b: f64x4, c: f64x4, sign: f64x4, free: f64) -> Option<Root> {
     }
     let rest = size - c * c;
     let side = sign * rest.max(f64x4::ZERO).sqrt();
-    let turn = unit(b * c + a * side, a * c - b * side, free, 1e-36);
+    let (sin, cos) = (b * c + a * side, a * c - b * side);
+    let turn = if (rest.simd_ge(f64x4::ZERO) & !is_any).all() {
+        // The root of their squares is known: it takes longer than all the rest.
+        let scale = f64x4::ONE / size;
+        Turn { sin: sin * scale, cos: cos * scale }
+    } else {
+        unit(sin, cos, free, 1e-36)
+    };
     let (is_stretched, is_clear) =
         (rest.simd_lt(f64x4::ZERO), rest.simd_gt(f64x4::splat(CLEAR) * size));
     Some(Root { turn, holds, is_stretched, is_clear })
 }
 
 /// Returns the turn towards a direction; `free`, rad, where the direction's square is no more than `least`.
-#[expect(clippy::inline_always, reason = "a few instructions, dozens of times a pass")]
 #[inline(always)]
 fn unit(sin: f64x4, cos: f64x4, free: f64, least: f64) -> Turn {
     let squared = sin * sin + cos * cos;
@@ -515,6 +545,7 @@ impl Turn {
 }
 
 /// Newton's method with joint 3 held; returns whether the result is exact.
+#[inline(never)]
 fn polish(robot: &Robot, target: &Frame, q: &mut [f64; 7]) -> bool {
     let mut jacobian = [0.0; 42];
     for _ in 0..8 {

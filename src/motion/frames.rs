@@ -244,20 +244,41 @@ impl Frames {
         });
     }
 
-    /// Runs along a chain: `visit` is told each frame; returns the last.
+    /// Runs along a chain to a frame that is given in the last: `visit` is told each node's z and origin.
     #[inline(always)]
-    pub(super) fn run(&self, q: &[f64], mut visit: impl FnMut(&Node, &Frame)) -> Frame {
+    pub(super) fn run(
+        &self,
+        q: &[f64],
+        end: &Frame,
+        mut visit: impl FnMut(&Padded, &Padded),
+    ) -> Frame {
         debug_assert!(self.is_chain, "the way to a tip has no branch");
-        let mut frame = Frame::base();
+        let [mut x, mut y, mut z, mut origin] = [0, 1, 2, 3].map(unit);
+        origin[3] = 0.0;
         self.each(
             q,
             #[inline(always)]
             |node, turn| {
-                frame.step(node, q, turn);
-                visit(node, &frame);
+                origin = moved(origin, [x, y, z], &node.shift);
+                if let Some(before) = node.before {
+                    (x, y) = turned(x, y, before);
+                }
+                (y, z) = turned(y, z, node.tilt);
+                if node.slides {
+                    origin = moved(origin, [x, y, z], &Vector3::new(0.0, 0.0, node.value(q)));
+                }
+                visit(&z, &origin);
+                (x, y) = turned(x, y, turn);
             },
         );
-        frame
+        let axes = [x, y, z];
+        let along = |v: &Vector3<f64>| short(moved([0.0; 4], axes, v));
+        Frame {
+            x: along(&end.x),
+            y: along(&end.y),
+            z: along(&end.z),
+            origin: short(moved(origin, axes, &end.origin)),
+        }
     }
 
     /// Tells of each node, parents first, the sine and cosine of its turn about z.
@@ -274,6 +295,40 @@ impl Frames {
             }
         }
     }
+}
+
+/// A vector of three with a nought behind: four numbers are one register where three are none.
+pub(super) type Padded = [f64; 4];
+
+fn unit(axis: usize) -> Padded {
+    std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 })
+}
+
+/// Returns the vector without the nought.
+#[inline(always)]
+pub(super) fn short([x, y, z, _]: Padded) -> Vector3<f64> {
+    Vector3::new(x, y, z)
+}
+
+/// Turns two axes in their plane.
+#[inline(always)]
+fn turned(a: Padded, b: Padded, (sin, cos): (f64, f64)) -> (Padded, Padded) {
+    let mut to = (a, b);
+    for i in 0..4 {
+        to.0[i] = a[i] * cos + b[i] * sin;
+        to.1[i] = b[i] * cos - a[i] * sin;
+    }
+    to
+}
+
+/// Returns a point moved by a vector that is given in three axes.
+#[inline(always)]
+fn moved(from: Padded, [x, y, z]: [Padded; 3], by: &Vector3<f64>) -> Padded {
+    let mut to = from;
+    for i in 0..4 {
+        to[i] += x[i] * by.x + y[i] * by.y + z[i] * by.z;
+    }
+    to
 }
 
 impl Node {

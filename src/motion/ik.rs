@@ -17,6 +17,7 @@ use super::closed_form::{ClosedForm, Looked, Wanted};
 use super::frames::Frame;
 use super::gate::Gate;
 use super::kinematics::frame_error;
+use super::normal;
 use super::robot::{JointLimits, Motion, Robot};
 use super::unreached::nearest_distance;
 use super::window;
@@ -98,12 +99,16 @@ impl Reason {
 pub struct Solver<'a> {
     robot: &'a Robot,
     closed_form: Option<ClosedForm>,
+    /// Which joints turn.
+    turns: Vec<bool>,
 }
 
 impl<'a> Solver<'a> {
     /// Prepares a robot: recognises the closed form by the joints' geometry, not by name.
     pub fn new(robot: &'a Robot) -> Self {
-        Self { robot, closed_form: ClosedForm::of(robot) }
+        let turns = |joint: &JointLimits| robot.links[joint.link].joint.motion == Motion::Turn;
+        let turns = robot.joints().iter().map(turns).collect();
+        Self { robot, closed_form: ClosedForm::of(robot), turns }
     }
 
     /// Returns the closed form, if this arm has one.
@@ -194,8 +199,9 @@ impl<'a> Solver<'a> {
 
     /// Brings `q` near `near` by whole turns, inside the limits; `None` if it does not fit.
     pub(super) fn fit<Q: AsMut<[f64]>>(&self, mut q: Q, near: &[f64]) -> Option<Q> {
-        for ((x, near), limits) in q.as_mut().iter_mut().zip(near).zip(self.robot.joints()) {
-            if self.robot.links[limits.link].joint.motion == Motion::Turn {
+        let joints = self.robot.joints().iter().zip(&self.turns);
+        for ((x, near), (limits, turns)) in q.as_mut().iter_mut().zip(near).zip(joints) {
+            if *turns {
                 *x = near + wrap(*x - near);
                 if *x > limits.upper + SLACK {
                     *x -= TAU * ((*x - limits.upper - SLACK) / TAU).ceil();
@@ -390,13 +396,8 @@ fn descend(robot: &Robot, target: &Frame, q: &mut [f64], ranges: Option<&[(f64, 
         if stalled > 12 {
             return false;
         }
-        let column = |i: usize| &jacobian[6 * i..6 * i + 6];
-        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        normal::equations(&jacobian, error.as_slice(), &mut normal, &mut step);
         for i in 0..n {
-            step[i] = dot(column(i), error.as_slice());
-            for j in 0..=i {
-                normal[j * n + i] = dot(column(i), column(j));
-            }
             // Sugihara (13): the damping vanishes with the error, so the end is quadratic.
             normal[i * n + i] += size + 1e-14;
         }

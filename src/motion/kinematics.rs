@@ -10,7 +10,7 @@
 use nalgebra::{Isometry3, Matrix6xX, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use super::error::Error;
-use super::frames::Frame;
+use super::frames::{Frame, Padded, short};
 use super::knuckle;
 use super::robot::{Drive, Joint, Motion, Robot};
 use super::scratch::{FEW, scratch};
@@ -111,7 +111,7 @@ impl Robot {
     pub(super) fn tip_frame(&self, q: &[f64]) -> Frame {
         widest(
             #[inline(always)]
-            || self.way.run(q, |_, _| {}).then(&self.way_end),
+            || self.way.run(q, &self.way_end, |_, _| {}),
         )
     }
 
@@ -159,28 +159,31 @@ impl Robot {
     fn columns(&self, q: &[f64], columns: &mut [f64]) -> Frame {
         columns.fill(0.0);
         let nodes = &self.way.nodes;
-        let (mut few, mut many) = ([<[Vector3<f64>; 2]>::default(); FEW], Vec::new());
+        let (mut few, mut many) = ([<[Padded; 2]>::default(); FEW], Vec::new());
         let axes = scratch(nodes.len(), &mut few, &mut many);
         let mut left = axes.iter_mut();
-        let last = self.way.run(
+        let tip = self.way.run(
             q,
+            &self.way_end,
             #[inline(always)]
-            |_, frame| *left.next().expect("one for each node") = [frame.z, frame.origin],
+            |z, origin| *left.next().expect("one for each node") = [*z, *origin],
         );
-        let tip = last.then(&self.way_end);
         // A joint and its mimics share a column.
+        let (columns, _) = columns.as_chunks_mut::<6>();
         for (node, [z, origin]) in nodes.iter().zip(axes) {
-            let axis = *z * node.multiplier;
-            let (linear, angular) = if node.slides {
-                (axis, Vector3::zeros())
+            let axis = short(*z) * node.multiplier;
+            let column = &mut columns[node.index];
+            let linear = if node.slides {
+                axis
             } else {
-                (axis.cross(&(tip.origin - *origin)), axis)
+                column[3] += axis.x;
+                column[4] += axis.y;
+                column[5] += axis.z;
+                axis.cross(&(tip.origin - short(*origin)))
             };
-            let column = &mut columns[6 * node.index..6 * node.index + 6];
-            for i in 0..3 {
-                column[i] += linear[i];
-                column[i + 3] += angular[i];
-            }
+            column[0] += linear.x;
+            column[1] += linear.y;
+            column[2] += linear.z;
         }
         tip
     }

@@ -43,6 +43,7 @@ pub mod kinematics;
 pub mod gripper;
 pub mod dynamics;
 mod cholesky;
+mod normal;
 mod gate;
 pub mod closed_form;
 mod window;

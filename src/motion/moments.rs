@@ -161,12 +161,12 @@ mod tests {
         let reach = Vector3::new(0.2, 0.5, -0.4);
         let pair = |angle: f64| (angle.sin(), angle.cos());
         for before in [None, Some(0.9)] {
-            let step =
-                Step { before: before.map(pair), tilt: pair(-0.6), turn: pair(2.1), reach };
+            let step = Step { before: before.map(pair), tilt: pair(-0.6), turn: pair(2.1), reach };
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), before.unwrap_or(0.0))
                 * Rotation3::from_axis_angle(&Vector3::x_axis(), -0.6)
                 * Rotation3::from_axis_angle(&Vector3::z_axis(), 2.1);
-            let seen = body().seen_from(&nalgebra::Isometry3::from_parts(reach.into(), turn.into()));
+            let seen =
+                body().seen_from(&nalgebra::Isometry3::from_parts(reach.into(), turn.into()));
             let expected = Moments::of(&seen);
             let mut sum = Moments::default();
             sum.add(&Moments::of(&body()), &step);

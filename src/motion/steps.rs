@@ -48,9 +48,22 @@ impl Step {
         &self,
         (force, moment): (Vector3<f64>, Vector3<f64>),
     ) -> (Vector3<f64>, Vector3<f64>) {
-        let force = self.outward(&force);
-        (force, self.outward(&moment) + self.reach.cross(&force))
+        // Both at once: pairs of numbers are a register.
+        let [x, y, z] = [0, 1, 2].map(|i| [force[i], moment[i]]);
+        let (x, y) = both_turned(x, y, self.turn);
+        let (y, z) = both_turned(y, z, self.tilt);
+        let (x, y) = self.before.map_or((x, y), |before| both_turned(x, y, before));
+        let force = Vector3::new(x[0], y[0], z[0]);
+        (force, Vector3::new(x[1], y[1], z[1]) + self.reach.cross(&force))
     }
+}
+
+#[inline(always)]
+fn both_turned(a: [f64; 2], b: [f64; 2], (sin, cos): (f64, f64)) -> ([f64; 2], [f64; 2]) {
+    (
+        [a[0] * cos - b[0] * sin, a[1] * cos - b[1] * sin],
+        [b[0] * cos + a[0] * sin, b[1] * cos + a[1] * sin],
+    )
 }
 
 #[inline(always)]

@@ -15,6 +15,7 @@ use super::closed_form::ClosedForm;
 use super::frames::Frame;
 use super::ik::{random_configuration, wrap};
 use super::kinematics::frame_error;
+use super::normal;
 use super::robot::Robot;
 
 /// The orientation weighs so much more that it gives way by less than a thousandth of a radian.
@@ -96,14 +97,7 @@ fn approach(robot: &Robot, target: &Frame, q: &mut [f64]) -> f64 {
                 *x *= TURN_WEIGHT;
             }
         }
-        let column = |i: usize| &jacobian[6 * i..6 * i + 6];
-        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        for i in 0..n {
-            step[i] = dot(column(i), error.as_slice());
-            for j in 0..=i {
-                normal[j * n + i] = dot(column(i), column(j));
-            }
-        }
+        normal::equations(&jacobian, error.as_slice(), &mut normal, &mut step);
         // A joint at a limit that the step would push further is held.
         for i in 0..n {
             let limits = &robot.joints()[i];

@@ -39,8 +39,8 @@ pub(super) fn crossings(
     let mut excesses = vec![0.0; n];
     for branch in 0..8 {
         for ((_, looked), known) in swept.iter().zip(&mut excesses) {
-            *known = looked.branches[branch]
-                .map_or(looked.beyond[branch], |q| excess(robot, Some(&q)));
+            *known =
+                looked.branches[branch].map_or(looked.beyond[branch], |q| excess(robot, Some(&q)));
         }
         let at = |k: usize| excesses[k];
         for k in 0..n {
