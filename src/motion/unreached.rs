@@ -6,7 +6,6 @@
 //!
 //! Source: Levenberg-Marquardt; Nocedal and Wright, *Numerical Optimization*, 2006, §10.3.
 
-use nalgebra::Vector6;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 
@@ -81,23 +80,24 @@ fn guided(robot: &Robot, form: &ClosedForm, target: &Frame, near: &[f64]) -> Vec
 /// of the positions, m, or infinity if the orientation was not reached.
 fn approach(robot: &Robot, target: &Frame, q: &mut [f64]) -> f64 {
     let n = q.len();
-    let mut jacobian = vec![0.0; 6 * n];
+    let (mut jacobian, mut beside) = (vec![0.0; 6 * n], vec![0.0; 6 * n]);
     let (mut normal, mut step, mut tried) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
+    let (mut plain, mut pull) = (normal.clone(), step.clone());
     let mut damping = 1e-2;
-    let weigh = |mut e: Vector6<f64>| {
-        for i in 3..6 {
-            e[i] *= TURN_WEIGHT;
-        }
-        e
-    };
-    let mut error = weigh(frame_error(&robot.jacobian_into(q, &mut jacobian), target));
-    for _ in 0..200 {
-        for column in jacobian.chunks_exact_mut(6) {
-            for x in &mut column[3..] {
+    let look = |q: &[f64], jacobian: &mut [f64]| {
+        let mut error = frame_error(&robot.jacobian_into(q, jacobian), target);
+        for six in jacobian.chunks_exact_mut(6).chain([error.as_mut_slice()]) {
+            for x in &mut six[3..] {
                 *x *= TURN_WEIGHT;
             }
         }
-        normal::equations(&jacobian, error.as_slice(), &mut normal, &mut step);
+        error
+    };
+    let mut error = look(q, &mut jacobian);
+    normal::equations(&jacobian, error.as_slice(), &mut plain, &mut pull);
+    for _ in 0..200 {
+        normal.copy_from_slice(&plain);
+        step.copy_from_slice(&pull);
         // A joint at a limit that the step would push further is held.
         for i in 0..n {
             let limits = &robot.joints()[i];
@@ -117,18 +117,19 @@ fn approach(robot: &Robot, target: &Frame, q: &mut [f64]) -> f64 {
         for (i, joint) in robot.joints().iter().enumerate() {
             tried[i] = (q[i] + step[i]).clamp(joint.lower, joint.upper);
         }
-        let next = weigh(frame_error(&robot.jacobian_into(&tried, &mut jacobian), target));
+        let next = look(&tried, &mut beside);
         if next.norm_squared() < error.norm_squared() {
             let gain = error.norm_squared() - next.norm_squared();
             q.copy_from_slice(&tried);
+            std::mem::swap(&mut jacobian, &mut beside);
             let before = std::mem::replace(&mut error, next);
             damping = (damping * 0.3).max(1e-9);
             // What is left to gain is far below a millimetre.
             if gain < 1e-14 + 1e-5 * before.norm_squared() {
                 break;
             }
+            normal::equations(&jacobian, error.as_slice(), &mut plain, &mut pull);
         } else {
-            robot.jacobian_into(q, &mut jacobian);
             damping *= 5.0;
             if damping > 1e6 {
                 break;
