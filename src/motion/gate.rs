@@ -49,7 +49,7 @@ impl Gate {
         let mut shut = f64x4::ZERO;
         for (range, turn) in self.ranges.iter().zip(turns) {
             if let Some(range) = range {
-                shut = shut | turn.cos_from(range.middle).simd_lt(f64x4::splat(range.end));
+                shut |= turn.cos_from(range.middle).simd_lt(f64x4::splat(range.end));
             }
         }
         shut

@@ -10,10 +10,7 @@
 pub(super) fn widest<T>(work: impl FnOnce() -> T) -> T {
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = pulp::x86::V3::try_new() {
-        return simd.vectorize(
-            #[inline(always)]
-            || work(),
-        );
+        return simd.vectorize(work);
     }
     work()
 }
