@@ -13,8 +13,12 @@ use super::rays::Four3;
 use crate::world::frame::times;
 use crate::world::{Camera, Intrinsics, LensModel};
 
-/// Entries of the table: linear interpolation between so many leaves the error named above.
-const STEPS: usize = 2048;
+/// Entries of the table per unit of the squared radius: linear interpolation between so many leaves the error named above. They do
+/// not depend on the picture's size, so that a part of a picture is drawn as it is in the whole.
+const DENSE: f64 = 4096.0;
+
+/// The squared radius up to which a table is as dense; of lenses that see farther it is half as dense for each doubling.
+const WIDE: f64 = 2.0;
 
 /// A camera made ready for drawing.
 pub(super) struct Lens {
@@ -27,6 +31,8 @@ pub(super) struct Lens {
     /// Undistortion factor over the squared distorted radius, and what one step of it is worth.
     factors: Vec<f64>,
     steps_per_unit: f64,
+    /// The last step that is asked for.
+    last: usize,
     /// The same in single precision: the factor at each step, and how much more it is at the next.
     single: Vec<[f32; 2]>,
 }
@@ -44,20 +50,16 @@ impl Lens {
             })
             .into_iter()
             .fold(0.0, f64::max);
-        let steps_per_unit = STEPS as f64 / reach;
-        let factors: Vec<f64> = (0..=STEPS + 1)
+        let doublings = (reach / WIDE).log2().ceil().clamp(0.0, 64.0);
+        let steps_per_unit = DENSE / doublings.exp2();
+        let last = (reach * steps_per_unit).ceil().max(1.0) as usize;
+        let factors: Vec<f64> = (0..=last + 1)
             .map(|k| {
                 let r = (k as f64 / steps_per_unit).sqrt().max(1e-6);
                 i.undistort(Vector2::new(r, 0.0)).x / r
             })
             .collect();
-        // Twice as many as are asked for: an index is then known to be one of them.
-        let last = factors.len() - 2;
-        let step = |k: usize| {
-            let k = k.min(last);
-            [factors[k] as f32, (factors[k + 1] - factors[k]) as f32]
-        };
-        let single = (0..2 * STEPS).map(step).collect();
+        let single = factors.windows(2).map(|f| [f[0] as f32, (f[1] - f[0]) as f32]).collect();
         let turn = *camera.world_from_camera.rotation().to_rotation_matrix().matrix();
         Self {
             intrinsics: i,
@@ -66,6 +68,7 @@ impl Lens {
             centre: camera.world_from_camera.origin(),
             factors,
             steps_per_unit,
+            last,
             single,
         }
     }
@@ -135,10 +138,10 @@ impl Lens {
     #[inline]
     fn undistorted(&self, x: f32x4, y: f32x4) -> [f32x4; 2] {
         let at = (x * x + y * y) * f32x4::splat(self.steps_per_unit as f32);
-        let cells = at.fast_min(f32x4::splat(STEPS as f32)).fast_trunc_int();
+        let cells = at.fast_min(f32x4::splat(self.last as f32)).fast_trunc_int();
         let (mut start, mut more) = ([0.0; 4], [0.0; 4]);
         for (k, cell) in cells.to_array().into_iter().enumerate() {
-            [start[k], more[k]] = self.single[cell as usize & (2 * STEPS - 1)];
+            [start[k], more[k]] = self.single[cell as usize];
         }
         let over = at - f32x4::from_i32x4(cells);
         let factor = f32x4::from(start) + f32x4::from(more) * over;
@@ -156,7 +159,7 @@ impl Lens {
             return times(&self.world_from_camera, &Vector3::new(n.x, n.y, 1.0));
         }
         let at = (x * x + y * y) * self.steps_per_unit;
-        let cell = (at as usize).min(STEPS);
+        let cell = (at as usize).min(self.last);
         let s =
             self.factors[cell] + (self.factors[cell + 1] - self.factors[cell]) * (at - cell as f64);
         times(&self.world_from_camera, &Vector3::new(x * s, y * s, 1.0))
