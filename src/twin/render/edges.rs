@@ -61,7 +61,7 @@ fn look_closely(
         // with an even number of ones: both choices are spread over the pixel as all points are.
         let chosen = if seen.is_clear() { k.count_ones().is_multiple_of(2) } else { k % 5 == 0 };
         let light = match at {
-            Some(at) if !chosen && !(few && !seen.is_clear()) => known[at].1,
+            Some(at) if !chosen && (!few || seen.is_clear()) => known[at].1,
             _ => {
                 let light = clamped(stage.develop(&seen, lens.centre, d, 0).light);
                 let at = at.unwrap_or(n_known.min(known.len() - 1));

@@ -15,6 +15,7 @@ use super::trace::{Stage, key_of_table, mix};
 use super::view::{NOTHING, TABLE};
 
 /// What four rays meet first.
+#[derive(Clone, Copy)]
 pub(super) struct Four {
     /// How far; infinite where nothing is met.
     t: f32x4,
@@ -51,7 +52,7 @@ impl Stage<'_> {
         let least = f32x4::splat(1e-6);
         for &k in things {
             let Some(plain) = &self.plain[k as usize] else { continue };
-            let enter = plain.from_eye(d).enter;
+            let enter = plain.seen(d).enter;
             let is_next = enter.simd_lt(t) & enter.simd_gt(least);
             t = is_next.bitselect(enter, t);
             which = is_next.bitselect(f32x4::splat(k as f32), which);
@@ -228,7 +229,7 @@ impl Stage<'_> {
                     break;
                 }
             }
-            seen = seen + left;
+            seen += left;
         }
         let lit = seen * f32x4::splat(1.0 / samples.len() as f32);
         (lit, (seen + seen).to_array().map(|steps| steps as u64))
@@ -246,7 +247,7 @@ impl Stage<'_> {
         let one = f32x4::splat(1.0);
         let thing = &self.things[caster as usize];
         if let Some(plain) = &self.plain[caster as usize] {
-            let blocks = plain.from(from, d).leave.simd_gt(f32x4::splat(1e-6));
+            let blocks = plain.along(from, d).leave.simd_gt(f32x4::splat(1e-6));
             return blocks.bitselect(f32x4::splat(0.0), one);
         }
         let through = if thing.paint.transparent { 0.7 } else { 0.0 };
@@ -295,7 +296,7 @@ fn power(x: f32x4, n: u32) -> f32x4 {
     let (mut result, mut square, mut n) = (f32x4::splat(1.0), x, n);
     while n > 0 {
         if n & 1 == 1 {
-            result = result * square;
+            result *= square;
         }
         square = square * square;
         n >>= 1;

@@ -107,8 +107,8 @@ impl Balls {
         let four = |things: &[Thing]| {
             let (mut centres, mut squares) = ([[0.0_f32; 4]; 3], [-1.0_f32; 4]);
             for (k, thing) in things.iter().enumerate() {
-                for axis in 0..3 {
-                    centres[axis][k] = thing.centre[axis] as f32;
+                for (axis, centres) in centres.iter_mut().enumerate() {
+                    centres[k] = thing.centre[axis] as f32;
                 }
                 // More than single precision rounds off.
                 let radius = thing.radius as f32 + 1e-5;
@@ -189,13 +189,13 @@ impl Plain {
 
     /// Returns where rays from the eye along `d` (unit, world) are inside.
     #[inline]
-    pub(super) fn from_eye(&self, d: Four3) -> Spans {
+    pub(super) fn seen(&self, d: Four3) -> Spans {
         self.span(Four3::of(self.eye), d.turned(&self.turn))
     }
 
     /// Returns where rays from `o` along `d` (unit, world) are inside.
     #[inline]
-    pub(super) fn from(&self, o: Four3, d: Four3) -> Spans {
+    pub(super) fn along(&self, o: Four3, d: Four3) -> Spans {
         self.span((o - Four3::of(self.origin)).turned(&self.turn), d.turned(&self.turn))
     }
 
