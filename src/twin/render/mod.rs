@@ -171,14 +171,18 @@ pub fn solids(camera: &Camera, view: &View) -> Vec<bool> {
 
 /// Makes bytes of light.
 fn develop(light: &[[f32; 3]], bytes: &mut [u8]) {
+    let table: &[u8; 16384] = &DEVELOPED;
     let (bytes, rest) = bytes.as_chunks_mut::<4>();
     let (light, last) = light.as_flattened().as_chunks::<4>();
     for (bytes, light) in bytes.iter_mut().zip(light) {
         let steps = f32x4::from(*light).fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(1.0))
             * f32x4::splat(STEPS)
             + f32x4::splat(0.5);
-        let [a, b, c, d] = steps.fast_trunc_int().to_array().map(|k| DEVELOPED[k as usize & 16383]);
-        *bytes = [a, b, c, d];
+        // Written out: a closure over an array is a call.
+        let steps = steps.fast_trunc_int().to_array();
+        for k in 0..4 {
+            bytes[k] = table[steps[k] as usize & 16383];
+        }
     }
     for (byte, light) in rest.iter_mut().zip(last) {
         *byte = developed(*light);
