@@ -18,7 +18,8 @@ use self::grid::Grid;
 use self::saddle::Saddles;
 use self::subpixel::lopsided;
 pub(super) use self::subpixel::refine;
-use super::picture::{Plane, median};
+use super::picture::median;
+use super::plane::Plane;
 use crate::world::{Pixel, Point, frame};
 
 /// A chessboard by its inner corners, where four squares meet.

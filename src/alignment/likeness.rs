@@ -2,7 +2,8 @@
 //!
 //! What is transparent has no colour of its own, and a grey picture has none at all.
 
-use super::picture::{BLACK, Picture, Plane, lab, linear};
+use super::picture::{BLACK, Picture, lab, linear};
+use super::plane::Plane;
 use crate::world::{Material, Object};
 
 /// Chroma, CIELAB, above which a thing is known by its chromaticity. Chosen: with half of it a grey thing

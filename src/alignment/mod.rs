@@ -30,6 +30,7 @@
 // Seeing: pixels → objects on the table.
 pub mod decode;
 pub mod picture;
+pub mod plane;
 pub mod marks;
 pub mod chessboard;
 pub mod boards;

@@ -23,7 +23,8 @@ use rayon::prelude::*;
 use super::doubt::Doubt;
 use super::likeness::likeness;
 use super::outline::{Kind, ObjectPose, Outline, Projector, Sample, inside_convex};
-use super::picture::{Level, Picture, Plane, QUARTER, nearest};
+use super::picture::{Level, Picture, QUARTER};
+use super::plane::{Plane, nearest};
 use super::refine::{self, Fit};
 use crate::world::{Material, Object, Shape};
 

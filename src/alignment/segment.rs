@@ -22,7 +22,8 @@ use imageproc::region_labelling::{Connectivity, connected_components};
 use nalgebra::{SMatrix, SVector, Vector2};
 
 use super::outline::{Projector, inside_convex};
-use super::picture::{Picture, Plane, median};
+use super::picture::{Picture, median};
+use super::plane::Plane;
 use crate::world::Table;
 use flow::Flow;
 use palette::Palette;

@@ -8,7 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt as _, SeedableRng as _};
 use trueup::alignment::chessboard::Board;
-use trueup::alignment::picture::Plane;
+use trueup::alignment::plane::Plane;
 use trueup::world::{Camera, Intrinsics, Pixel, Pose};
 
 /// What stands before the board, in the picture.

@@ -14,7 +14,7 @@ use nalgebra::Vector2;
 use super::charuco::BadBoard;
 use super::lattice::{Lattice, largest};
 use super::{Found, NotFound};
-use crate::alignment::picture::Plane;
+use crate::alignment::plane::Plane;
 use crate::world::{Pixel, Point};
 
 /// A grid of circles.

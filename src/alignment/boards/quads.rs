@@ -14,7 +14,7 @@ use imageproc::morphology;
 use imageproc::point::Point;
 use nalgebra::Vector2;
 
-use crate::alignment::picture::Plane;
+use crate::alignment::plane::Plane;
 
 /// Corners clockwise as seen, px.
 pub(super) type Quad = [Vector2<f64>; 4];

@@ -13,7 +13,7 @@ use super::charuco::{BadBoard, consistent};
 use super::tags::{Family, Tag, crosses, square_to, through};
 use super::{Found, LEAST, NotFound};
 use crate::alignment::chessboard::refine;
-use crate::alignment::picture::Plane;
+use crate::alignment::plane::Plane;
 use crate::world::{Pixel, Point};
 
 /// A grid of tags.

@@ -9,7 +9,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::quads::{Quad, quads};
-use crate::alignment::picture::Plane;
+use crate::alignment::plane::Plane;
 
 /// Families by name: cells along a side of the code, codes, and how many of them there are.
 const FAMILIES: [(&str, usize, &str, usize); 19] = [

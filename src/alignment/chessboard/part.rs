@@ -7,7 +7,7 @@
 
 use super::Board;
 use super::grid::Grid;
-use crate::alignment::picture::Plane;
+use crate::alignment::plane::Plane;
 
 /// The part of the board's corners that must be seen. Chosen: half of it. Fewer are too easily those of something else that is
 /// chequered.

@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::alignment::picture::Plane;
+use crate::alignment::plane::Plane;
 
 /// Smoothing before derivatives, px. Chosen: the blur of a lens in focus and of the pixels' own area is 0.5 to 1 px;
 /// with half of it noise has saddles, with twice as much corners of squares of 6 px run into each other.

@@ -9,7 +9,7 @@
 
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
-use crate::alignment::picture::Plane;
+use crate::alignment::plane::Plane;
 
 /// Steps at most. It rests after five or so.
 const STEPS: usize = 40;

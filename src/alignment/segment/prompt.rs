@@ -16,7 +16,8 @@ use super::palette::Palette;
 use super::referee::{self, Judged};
 use super::snap::snapped;
 use super::tidy;
-use crate::alignment::picture::{Picture, Plane, median};
+use crate::alignment::picture::{Picture, median};
+use crate::alignment::plane::Plane;
 
 /// What a person says of where the thing is, px.
 #[derive(Debug, Clone, PartialEq)]

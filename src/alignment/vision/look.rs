@@ -7,7 +7,8 @@ use image::RgbImage;
 
 use super::{Error, check_size};
 use crate::alignment::outline::Projector;
-use crate::alignment::picture::{Picture, Plane};
+use crate::alignment::picture::Picture;
+use crate::alignment::plane::Plane;
 use crate::alignment::segment::TableModel;
 use crate::world::{Camera, Scene};
 
@@ -27,7 +28,7 @@ pub struct Look<'a> {
 }
 
 impl<'a> Look<'a> {
-    /// Makes a photograph ready; costs about a twentieth of a second per megapixel.
+    /// Makes a photograph ready.
     ///
     /// # Errors
     ///

@@ -266,7 +266,7 @@ pub fn see(
 impl Look<'_> {
     /// Finds the scene's objects, standing on the table.
     ///
-    /// One sighting per object, in the scene's order, whether found or not. Takes about a quarter of a second per megapixel.
+    /// One sighting per object, in the scene's order, whether found or not.
     pub fn see(&self, options: &Options) -> Vec<Sighting> {
         let Self { scene, camera, view, .. } = self;
         // What slides in a case is looked for along its rail.

@@ -11,8 +11,9 @@ use rayon::prelude::*;
 use super::super::choice::{assign, overlap};
 use super::super::doubt::Doubt;
 use super::super::outline::{Outline, Projector};
-use super::super::picture::{Picture, Plane};
+use super::super::picture::Picture;
 use super::super::placement::{Candidate, Evidence, Hidden, Searched, Window};
+use super::super::plane::Plane;
 use super::{FOUND, Options, Sighting, belief, judge};
 use crate::world::{Camera, Object, Pose, Table};
 

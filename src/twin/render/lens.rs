@@ -14,10 +14,11 @@ use crate::world::frame::times;
 use crate::world::{Camera, Intrinsics, LensModel};
 
 /// Entries of the table per unit of the squared radius: linear interpolation between so many leaves the error named above. They do
-/// not depend on the picture's size, so that a part of a picture is drawn as it is in the whole.
+/// not depend on the picture's size, so that a part of a picture is drawn as it is in the whole, up to [`WIDE`].
 const DENSE: f64 = 4096.0;
 
-/// The squared radius up to which a table is as dense; of lenses that see farther it is half as dense for each doubling.
+/// The squared radius up to which a table is as dense: 55 deg from the axis. Of lenses that see farther it is half as dense for
+/// each doubling.
 const WIDE: f64 = 2.0;
 
 /// A camera made ready for drawing.

@@ -11,12 +11,12 @@ use super::BRIGHTEST;
 use super::light::Lighting;
 use super::rays::Four3;
 use super::solid::TOP;
-use super::trace::{Stage, key_of_table, mix};
+use super::trace::{FEW, Stage, key_of_table, mix};
 use super::view::{NOTHING, TABLE};
 
 /// What four rays meet first.
 #[derive(Clone, Copy)]
-pub(super) struct Four {
+pub(super) struct Met {
     /// How far; infinite where nothing is met.
     t: f32x4,
     /// Which thing; [`NO_THING`] where nothing is met.
@@ -46,7 +46,7 @@ impl Stage<'_> {
 
     /// Returns what rays from the eye along `d` (unit) meet first among things that are plain.
     #[inline]
-    pub(super) fn see_four(&self, d: Four3, things: &[u32]) -> Four {
+    pub(super) fn see_four(&self, d: Four3, things: &[u32]) -> Met {
         let mut t = f32x4::splat(f32::INFINITY);
         let mut which = f32x4::splat(NO_THING as f32);
         let least = f32x4::splat(1e-6);
@@ -57,11 +57,11 @@ impl Stage<'_> {
             t = is_next.bitselect(enter, t);
             which = is_next.bitselect(f32x4::splat(k as f32), which);
         }
-        Four { t, things: which.to_array().map(|k| k as u32) }
+        Met { t, things: which.to_array().map(|k| k as u32) }
     }
 
     /// Returns the light of what rays from the eye along `d` (unit) met.
-    pub(super) fn look_four(&self, d: Four3, met: Four, marks: &[u32]) -> Looks {
+    pub(super) fn look_four(&self, d: Four3, met: Met, marks: &[u32]) -> Looks {
         let distances = met.t.to_array();
         let mut looks = Looks { light: [[0.0; 3]; 4], keys: [0; 4], distances, ids: [NOTHING; 4] };
         let mut is_done = [false; 4];
@@ -197,20 +197,8 @@ impl Stage<'_> {
             let off2 = far2 - along * along;
             (along.simd_ge(-reach) & off2.simd_le(reach * reach) & faces).any()
         };
-        let mut near = [0_u32; 24];
-        let mut n_near = 0;
-        let beside = &self.casters[index];
-        let casters = if beside.len() > near.len() {
-            beside.as_slice()
-        } else {
-            for &caster in beside {
-                if may_shade(caster) {
-                    near[n_near] = caster;
-                    n_near += 1;
-                }
-            }
-            &near[..n_near]
-        };
+        let mut near = [0; FEW];
+        let casters = self.casters(index, &mut near, may_shade);
         if casters.is_empty() {
             // All of the lamp: as many steps as there are looks at it, twice.
             let steps = faces.to_bitmask();

@@ -54,14 +54,7 @@ impl Four3 {
     /// Returns them turned back.
     #[inline]
     pub(super) fn turned_back(self, m: &Matrix3<f32>) -> Self {
-        let column = |a: f32, b: f32, c: f32| {
-            self.x * f32x4::splat(a) + self.y * f32x4::splat(b) + self.z * f32x4::splat(c)
-        };
-        Self {
-            x: column(m.m11, m.m21, m.m31),
-            y: column(m.m12, m.m22, m.m32),
-            z: column(m.m13, m.m23, m.m33),
-        }
+        self.turned(&m.transpose())
     }
 
     /// Returns one of the four.

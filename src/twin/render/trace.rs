@@ -14,6 +14,9 @@ use crate::world::{Mark, Table};
 /// How many transparent things in a row a ray is followed through.
 const MOST_BOUNCES: u8 = 3;
 
+/// Of so many things that can cast a shadow it is asked which do so near a place: most of them do not.
+pub(super) const FEW: usize = 24;
+
 /// A view ready to be looked at. The table is the first of its things.
 pub(super) struct Stage<'a> {
     pub(super) things: Vec<Thing>,
@@ -27,7 +30,7 @@ pub(super) struct Stage<'a> {
     /// From where it is looked at.
     pub(super) eye: Vector3<f64>,
     /// For each thing those that can cast a shadow on it.
-    pub(super) casters: Vec<Vec<u32>>,
+    casters: Vec<Vec<u32>>,
 }
 
 /// What can be met in a part of the picture; see [`super::tile`].
@@ -253,6 +256,28 @@ impl<'a> Stage<'a> {
         (light, u64::from(hit.face) * 8 + key)
     }
 
+    /// Returns what may cast a shadow on a part of a thing: of what can on any, those that `may`, kept in `near` where they are few.
+    #[inline]
+    pub(super) fn casters<'c>(
+        &'c self,
+        index: usize,
+        near: &'c mut [u32; FEW],
+        may: impl Fn(u32) -> bool,
+    ) -> &'c [u32] {
+        let beside = &self.casters[index];
+        if beside.len() > FEW {
+            return beside;
+        }
+        let mut n = 0;
+        for &caster in beside {
+            if may(caster) {
+                near[n] = caster;
+                n += 1;
+            }
+        }
+        &near[..n]
+    }
+
     /// Returns the part of the lamp a place on a body sees, and a key that changes with it.
     fn lit(&self, index: usize, hit: &Hit, at: Vector3<f64>) -> (f64, u64) {
         let own = &self.things[index];
@@ -264,21 +289,10 @@ impl<'a> Stage<'a> {
         if samples.is_empty() {
             return (1.0, 0);
         }
-        // Most of what could cast a shadow on the thing casts none here.
-        let mut casters = [0_u32; 24];
-        let mut n_casters = 0;
-        let beside = &self.casters[index];
-        let casters = if beside.len() > casters.len() {
-            beside.as_slice()
-        } else {
-            for &caster in beside {
-                if self.things[caster as usize].in_beam(from, &self.lighting) {
-                    casters[n_casters] = caster;
-                    n_casters += 1;
-                }
-            }
-            &casters[..n_casters]
-        };
+        let mut near = [0; FEW];
+        let casters = self.casters(index, &mut near, |caster| {
+            self.things[caster as usize].in_beam(from, &self.lighting)
+        });
         let mut seen = 0.0;
         for &to in samples {
             let mut left: f64 = 1.0;
