@@ -23,6 +23,7 @@ use super::frames::Frame;
 use super::gate::Gate;
 use super::kinematics::frame_error;
 use super::robot::{Drive, Motion, Robot};
+use super::turn::{Turn, root, unit};
 use super::widest::widest;
 
 /// How far, m, neighbouring axes may miss each other and still count as meeting: link files print six
@@ -38,12 +39,8 @@ const IDEAL: f64 = 1e-13;
 const PASSES: usize = 6;
 /// The joints that are worked out.
 const OTHERS: [usize; 6] = [0, 1, 3, 4, 5, 6];
-/// A root is clear of the other when the square of the sine between them is above this; a bearing, when the square of how
-/// far it points is, against the forearm's.
+/// The wrist's bearing is clear when the square of how far it points is above this, against the forearm's.
 const CLEAR: f64 = 0.01;
-/// A stretched arm: rounding, or the wrist offset that the first pass leaves out, may put the target
-/// this much (relative) out of reach; the polish then decides.
-const SLACK: f64 = 1e-3;
 
 /// The geometry the closed form needs.
 #[derive(Debug, Clone)]
@@ -77,13 +74,6 @@ impl Default for Looked {
     fn default() -> Self {
         Self { branches: [None; 8], beyond: [f64::INFINITY; 8] }
     }
-}
-
-/// A sine and a cosine for each of four branches.
-#[derive(Clone, Copy)]
-pub(super) struct Turn {
-    pub(super) sin: f64x4,
-    pub(super) cos: f64x4,
 }
 
 /// Three numbers for each of four branches.
@@ -483,66 +473,6 @@ fn unwound(mut frame: Frame, axes: &[Vector3<f64>; 7]) -> (Frame, [f64; 7]) {
 #[inline(always)]
 fn three(v: &Vector3<f64>) -> Three {
     [f64x4::splat(v.x), f64x4::splat(v.y), f64x4::splat(v.z)]
-}
-
-/// One of the two roots, in four branches.
-struct Root {
-    turn: Turn,
-    /// Where there is one.
-    holds: f64x4,
-    /// Where the slack was needed.
-    is_stretched: f64x4,
-    /// Where it is far from the other root.
-    is_clear: f64x4,
-}
-
-/// Returns the root of `a cos x + b sin x = c` that `sign` picks, `free` where any `x` will do; `None` where there is
-/// none in any branch.
-#[inline(always)]
-fn root(a: f64x4, b: f64x4, c: f64x4, sign: f64x4, free: f64) -> Option<Root> {
-    let size = a * a + b * b;
-    let is_any = size.simd_lt(f64x4::splat(1e-24));
-    let most = f64x4::splat((1.0 + SLACK) * (1.0 + SLACK));
-    let reaches = (size * most).simd_ge(c * c);
-    let holds = (!is_any & reaches) | (is_any & c.abs().simd_lt(f64x4::splat(1e-9)));
-    if holds.none() {
-        return None;
-    }
-    let rest = size - c * c;
-    let side = sign * rest.max(f64x4::ZERO).sqrt();
-    let (sin, cos) = (b * c + a * side, a * c - b * side);
-    let turn = if (rest.simd_ge(f64x4::ZERO) & !is_any).all() {
-        // The root of their squares is known: it takes longer than all the rest.
-        let scale = f64x4::ONE / size;
-        Turn { sin: sin * scale, cos: cos * scale }
-    } else {
-        unit(sin, cos, free, 1e-36)
-    };
-    let (is_stretched, is_clear) =
-        (rest.simd_lt(f64x4::ZERO), rest.simd_gt(f64x4::splat(CLEAR) * size));
-    Some(Root { turn, holds, is_stretched, is_clear })
-}
-
-/// Returns the turn towards a direction; `free`, rad, where the direction's square is no more than `least`.
-#[inline(always)]
-fn unit(sin: f64x4, cos: f64x4, free: f64, least: f64) -> Turn {
-    let squared = sin * sin + cos * cos;
-    let points = squared.simd_gt(f64x4::splat(least));
-    let scale = f64x4::ONE / squared.sqrt();
-    let turn = Turn { sin: sin * scale, cos: cos * scale };
-    if points.all() { turn } else { turn.or(points, free) }
-}
-
-impl Turn {
-    /// Keeps the turn in some lanes and takes an angle, rad, in the others.
-    #[cold]
-    fn or(self, kept: f64x4, free: f64) -> Self {
-        let (s, c) = free.sin_cos();
-        Self {
-            sin: kept.bitselect(self.sin, f64x4::splat(s)),
-            cos: kept.bitselect(self.cos, f64x4::splat(c)),
-        }
-    }
 }
 
 /// Newton's method with joint 3 held; returns whether the result is exact.

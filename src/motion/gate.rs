@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 
 use wide::f64x4;
 
-use super::closed_form::Turn;
 use super::robot::Robot;
+use super::turn::Turn;
 
 /// The range of one joint, seen from its middle.
 #[derive(Debug, Clone, Copy)]
@@ -65,15 +65,5 @@ impl Gate {
             }
         }
         most.to_array()
-    }
-}
-
-impl Turn {
-    fn sin_from(&self, (sin, cos): (f64, f64)) -> f64x4 {
-        self.sin * f64x4::splat(cos) - self.cos * f64x4::splat(sin)
-    }
-
-    fn cos_from(&self, (sin, cos): (f64, f64)) -> f64x4 {
-        self.cos * f64x4::splat(cos) + self.sin * f64x4::splat(sin)
     }
 }

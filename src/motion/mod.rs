@@ -22,6 +22,7 @@ pub mod budget;
 mod side;
 mod bounds;
 mod tree;
+mod turn;
 pub mod mesh;
 mod cover;
 mod knuckle;
