@@ -109,13 +109,40 @@ fn find_edges(keys: &[u32], width: usize, height: usize, v: usize, edges: &mut V
     let row = |v: usize| &keys[v * width..(v + 1) * width];
     let here = row(v);
     let (above, below) = (row(v.saturating_sub(1)), row((v + 1).min(height - 1)));
-    for u in 0..width {
-        let (left, right) = (here[u.saturating_sub(1)], here[(u + 1).min(width - 1)]);
-        let key = here[u];
-        if left != key || right != key || above[u] != key || below[u] != key {
-            edges.push(u);
+    for first in (0..width).step_by(MANY) {
+        let end = (first + MANY).min(width);
+        // Nearly everywhere many neighbours see the same.
+        if let (Some(here), Some(above), Some(below)) = (
+            here[first..].first_chunk(),
+            above[first..].first_chunk(),
+            below[first..].first_chunk(),
+        ) && here[0] == row(v)[first.saturating_sub(1)]
+            && here[0] == row(v)[end.min(width - 1)]
+            && are_alike(here, above, below)
+        {
+            continue;
+        }
+        for u in first..end {
+            let (left, right) = (here[u.saturating_sub(1)], here[(u + 1).min(width - 1)]);
+            let key = here[u];
+            if left != key || right != key || above[u] != key || below[u] != key {
+                edges.push(u);
+            }
         }
     }
+}
+
+/// So many keys are looked at together.
+const MANY: usize = 16;
+
+/// Returns whether all keys are the same.
+#[inline]
+fn are_alike(here: &[u32; MANY], above: &[u32; MANY], below: &[u32; MANY]) -> bool {
+    let (key, mut apart) = (here[0], 0);
+    for k in 0..MANY {
+        apart |= (here[k] ^ key) | (above[k] ^ key) | (below[k] ^ key);
+    }
+    apart == 0
 }
 
 /// Returns the k-th of n places in a pixel (Hammersley's points): all their columns and all their rows
