@@ -9,7 +9,8 @@ use wide::f32x4;
 
 use super::BRIGHTEST;
 use super::light::Lighting;
-use super::rays::Four3;
+use super::rays::{Four3, Lie};
+use super::scene::Kind;
 use super::solid::TOP;
 use super::trace::{FEW, Stage, key_of_table, mix};
 use super::view::{NOTHING, TABLE};
@@ -41,7 +42,9 @@ pub(super) struct Looks {
 impl Stage<'_> {
     /// Returns whether all of some things can be met four rays at a time.
     pub(super) fn are_plain(&self, things: &[u32]) -> bool {
-        things.iter().all(|&k| self.plain[k as usize].is_some())
+        things
+            .iter()
+            .all(|&k| self.plain[k as usize].as_ref().is_some_and(|plain| !plain.is_clear()))
     }
 
     /// Returns what rays from the eye along `d` (unit) meet first among things that are plain.
@@ -52,7 +55,7 @@ impl Stage<'_> {
         let least = f32x4::splat(1e-6);
         for &k in things {
             let Some(plain) = &self.plain[k as usize] else { continue };
-            let enter = plain.seen(d).enter;
+            let enter = plain.seen(d);
             let is_next = enter.simd_lt(t) & enter.simd_gt(least);
             t = is_next.bitselect(enter, t);
             which = is_next.bitselect(f32x4::splat(k as f32), which);
@@ -85,10 +88,10 @@ impl Stage<'_> {
             }
             let Some(plain) = &self.plain[thing as usize] else { continue };
             let t = f32x4::from(t);
-            let (normal, faces) = plain.surface(d, t);
+            let lie = plain.surface(d, t);
             let at = Four3::of(self.eye.cast()) + d * t;
             let id = self.things[thing as usize].id;
-            let on_top = |k: usize| id == TABLE && faces[k] == TOP;
+            let on_top = |k: usize| id == TABLE && lie.faces[k] == TOP;
             let mut take = |(light, keys): ([[f32; 3]; 4], [u64; 4]), of_top: bool| {
                 for k in first..4 {
                     if is_own[k] && on_top(k) == of_top {
@@ -101,7 +104,7 @@ impl Stage<'_> {
                 take(self.table_four(at, marks), true);
             }
             if (first..4).any(|k| is_own[k] && !on_top(k)) {
-                take(self.light_four(thing as usize, d, at, normal, faces), false);
+                take(self.light_four(thing as usize, d, at, &lie), false);
             }
         }
         looks
@@ -113,11 +116,11 @@ impl Stage<'_> {
         index: usize,
         d: Four3,
         at: Four3,
-        normal: Four3,
-        faces: [u8; 4],
+        lie: &Lie,
     ) -> ([[f32; 3]; 4], [u64; 4]) {
         let own = &self.things[index];
-        let (lit, steps) = self.lit_four(index, at, normal);
+        let (normal, faces) = (lie.normal, lie.faces);
+        let (lit, steps) = self.lit_four(index, at, lie);
         let mut keys = [0; 4];
         for k in 0..4 {
             keys[k] = mix(u64::from(own.id), u64::from(faces[k]) * 8 + steps[k]);
@@ -130,6 +133,7 @@ impl Stage<'_> {
         } else {
             one
         };
+        let open = open * (one - lie.depth * f32x4::splat(0.6));
         let lighting = &self.lighting;
         let gloss = own.paint.specular as f32;
         let up = normal.z * f32x4::splat(0.5) + f32x4::splat(0.5);
@@ -158,7 +162,20 @@ impl Stage<'_> {
             let part = left * left * left * left * left * f32x4::splat(0.96) + f32x4::splat(0.04);
             light = light + lighting.sheen_four(back) * (part * open * f32x4::splat(gloss));
         }
-        (lights(light), keys)
+        let mut lights = lights(light);
+        if lie.wet != 0
+            && let Kind::Vessel(hollow) = &own.kind
+        {
+            for k in 0..4 {
+                if lie.wet >> k & 1 == 1
+                    && let Some(seen) = self.under_water(own, hollow, self.eye, d.lane(k))
+                {
+                    lights[k] = super::clamped(seen);
+                    keys[k] = mix(u64::from(own.id), 66 + u64::from(faces[k]));
+                }
+            }
+        }
+        (lights, keys)
     }
 
     /// Returns the light of the table's top, marks on it included.
@@ -179,8 +196,9 @@ impl Stage<'_> {
     }
 
     /// Returns the part of the lamp that places on a body see, and numbers that change with it.
-    fn lit_four(&self, index: usize, at: Four3, normal: Four3) -> (f32x4, [u64; 4]) {
+    fn lit_four(&self, index: usize, at: Four3, lie: &Lie) -> (f32x4, [u64; 4]) {
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
+        let normal = lie.normal;
         let towards = Four3::of(self.lighting.towards().cast());
         let faces = normal.dot(towards).simd_gt(zero);
         let samples = self.lighting.samples();
@@ -199,7 +217,9 @@ impl Stage<'_> {
         };
         let mut near = [0; FEW];
         let casters = self.casters(index, &mut near, may_shade);
-        if casters.is_empty() {
+        let is_deep = lie.depth.simd_gt(zero) & faces;
+        let hollow = self.plain[index].as_ref().filter(|_| is_deep.any());
+        if casters.is_empty() && hollow.is_none() {
             // All of the lamp: as many steps as there are looks at it, twice.
             let steps = faces.to_bitmask();
             let all = 2 * samples.len() as u64;
@@ -210,6 +230,12 @@ impl Stage<'_> {
         for to in samples {
             let d = Four3::of(to.cast());
             let mut left = faces & one;
+            if let Some(hollow) = hollow {
+                left = is_deep.bitselect(left & hollow.sees_out(from, d), left);
+                if !left.simd_gt(zero).any() {
+                    continue;
+                }
+            }
             for &caster in casters {
                 let dark = self.darkened(caster, from, d, to, left);
                 left = left.fast_min(dark);
@@ -234,11 +260,10 @@ impl Stage<'_> {
     ) -> f32x4 {
         let one = f32x4::splat(1.0);
         let thing = &self.things[caster as usize];
-        if let Some(plain) = &self.plain[caster as usize] {
-            let blocks = plain.along(from, d).leave.simd_gt(f32x4::splat(1e-6));
-            return blocks.bitselect(f32x4::splat(0.0), one);
-        }
         let through = if thing.paint.transparent { 0.7 } else { 0.0 };
+        if let Some(plain) = &self.plain[caster as usize] {
+            return plain.blocks(from, d).bitselect(f32x4::splat(through), one);
+        }
         let left = left.to_array();
         let mut passes = [1.0_f32; 4];
         for k in 0..4 {

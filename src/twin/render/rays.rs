@@ -1,6 +1,6 @@
 //! Four rays at once against convex solids, in single precision: where they are inside, and how the surface lies there.
 //!
-//! Closed forms as in [`super::solid`], for the solids that most of a picture is: boxes, cylinders and capsules. Hollows, glass,
+//! Closed forms as in [`super::solid`], for the solids that most of a picture is: boxes, cylinders and capsules, and vessels of them. Glass,
 //! what a lathe made and meshes are met there, ray by ray in double precision. A place is right to 1e-7 m here, a
 //! ten-thousandth of a pixel. Four numbers fit the registers that every processor of this kind has, so the picture is
 //! the same on each.
@@ -139,14 +139,26 @@ enum Form {
     Capsule { radius: f32, bottom: f32, top: f32 },
 }
 
-/// A placed solid as rays of single precision meet it.
+/// A placed solid or vessel as rays of single precision meet it.
 pub(super) struct Plain {
     form: Form,
+    hole: Option<Hole>,
+    /// Whether light goes through: then only its shadow is asked for.
+    is_clear: bool,
     /// Local from world.
     turn: Matrix3<f32>,
     origin: Vector3<f32>,
     /// The eye in its frame.
     eye: Vector3<f32>,
+}
+
+/// The hollow of a vessel.
+struct Hole {
+    form: Form,
+    /// Height of the rim.
+    rim: f32,
+    /// The water's surface, as in [`super::scene::Hollow`].
+    level: Option<(Vector3<f32>, f32)>,
 }
 
 /// From where to where lines are inside a solid; where one misses it, it enters at infinity and leaves at its negative.
@@ -156,49 +168,51 @@ pub(super) struct Spans {
     pub(super) leave: f32x4,
 }
 
-impl Plain {
-    /// Returns a thing as it is met four rays at a time; `None` when it is of another kind, or clear.
-    pub(super) fn new(thing: &Thing, eye: Vector3<f64>) -> Option<Self> {
-        let Kind::Solid(solid) = &thing.kind else { return None };
-        let form = match *solid {
+/// How a surface lies where four rays meet it.
+pub(super) struct Lie {
+    /// Outward, unit, world.
+    pub(super) normal: Four3,
+    /// As in [`super::scene::Hit`], and so the next two.
+    pub(super) faces: [u8; 4],
+    pub(super) depth: f32x4,
+    /// Which of them are under water, one bit each.
+    pub(super) wet: u32,
+}
+
+/// Nearer to each other along a ray are the outside and the hollow of a vessel only at its mouth, m: no wall is so thin.
+const MOUTH: f32 = 2e-6;
+
+impl Form {
+    fn of(solid: &Solid) -> Option<Self> {
+        Some(match *solid {
             Solid::Cuboid { centre, half } => {
-                Form::Cuboid { centre: centre.cast(), half: half.cast() }
+                Self::Cuboid { centre: centre.cast(), half: half.cast() }
             }
             Solid::Cylinder { radius, bottom, top } => {
-                Form::Cylinder { radius: radius as f32, bottom: bottom as f32, top: top as f32 }
+                Self::Cylinder { radius: radius as f32, bottom: bottom as f32, top: top as f32 }
             }
             Solid::Capsule { radius, bottom, top } => {
-                Form::Capsule { radius: radius as f32, bottom: bottom as f32, top: top as f32 }
+                Self::Capsule { radius: radius as f32, bottom: bottom as f32, top: top as f32 }
             }
             Solid::Lathe { .. } | Solid::Ellipsoid { .. } => return None,
-        };
-        if thing.paint.transparent {
-            return None;
+        })
+    }
+
+    #[inline]
+    fn span(&self, o: Four3, d: Four3) -> Spans {
+        match *self {
+            Self::Cuboid { centre, half } => cuboid(o - Four3::of(centre), d, half),
+            Self::Cylinder { radius, bottom, top } => cylinder(o, d, radius, [bottom, top]),
+            Self::Capsule { radius, bottom, top } => capsule(o, d, radius, [bottom, top]),
         }
-        let (eye, _) = thing.inward(eye, Vector3::z());
-        let (turn, origin) = thing.placed();
-        Some(Self { form, turn: turn.cast(), origin: origin.cast(), eye: eye.cast() })
     }
 
-    /// Returns where rays from the eye along `d` (unit, world) are inside.
+    /// Returns the outward normals (unit) at places of the surface, and the faces.
     #[inline]
-    pub(super) fn seen(&self, d: Four3) -> Spans {
-        self.span(Four3::of(self.eye), d.turned(&self.turn))
-    }
-
-    /// Returns where rays from `o` along `d` (unit, world) are inside.
-    #[inline]
-    pub(super) fn along(&self, o: Four3, d: Four3) -> Spans {
-        self.span((o - Four3::of(self.origin)).turned(&self.turn), d.turned(&self.turn))
-    }
-
-    /// Returns the outward normals (unit, world) where rays from the eye meet it at `t`, and the faces.
-    #[inline]
-    pub(super) fn surface(&self, d: Four3, t: f32x4) -> (Four3, [u8; 4]) {
-        let at = Four3::of(self.eye) + d.turned(&self.turn) * t;
+    fn surface(&self, at: Four3) -> (Four3, f32x4) {
         let zero = f32x4::splat(0.0);
-        let (normal, faces) = match self.form {
-            Form::Cuboid { centre, half } => {
+        match *self {
+            Self::Cuboid { centre, half } => {
                 let off = at - Four3::of(centre);
                 let over = |off: f32x4, half: f32| off.abs() - f32x4::splat(half);
                 let over = [over(off.x, half.x), over(off.y, half.y), over(off.z, half.z)];
@@ -218,7 +232,7 @@ impl Plain {
                     Four3 { x: is_x & x, y: is_y & y, z: (is_x | is_y).bitselect(zero, z) };
                 (normal, face)
             }
-            Form::Cylinder { radius, bottom, top } => {
+            Self::Cylinder { radius, bottom, top } => {
                 let out = (at.x * at.x + at.y * at.y).sqrt().fast_max(f32x4::splat(1e-9));
                 let (top, bottom) = (at.z - f32x4::splat(top), f32x4::splat(bottom) - at.z);
                 let is_side = (out - f32x4::splat(radius)).simd_ge(top.fast_max(bottom));
@@ -233,22 +247,109 @@ impl Plain {
                     is_top.bitselect(f32x4::splat(f32::from(TOP)), f32x4::splat(f32::from(BOTTOM)));
                 (normal, is_side.bitselect(f32x4::splat(f32::from(SIDE)), end))
             }
-            Form::Capsule { bottom, top, .. } => {
+            Self::Capsule { bottom, top, .. } => {
                 let z = at.z.fast_max(f32x4::splat(bottom)).fast_min(f32x4::splat(top));
                 let off = Four3 { z: at.z - z, ..at };
                 (off * (f32x4::splat(1.0) / off.norm()), f32x4::splat(f32::from(SIDE)))
             }
+        }
+    }
+}
+
+impl Plain {
+    /// Returns a thing as it is met four rays at a time; `None` when it is of another kind, or the eye is in it.
+    pub(super) fn new(thing: &Thing, eye: Vector3<f64>) -> Option<Self> {
+        let (form, hole) = match &thing.kind {
+            Kind::Solid(solid) => (Form::of(solid)?, None),
+            Kind::Vessel(hollow) if !thing.holds(eye) => {
+                let level = hollow.level.map(|(up, height)| (up.cast(), height as f32));
+                let form = Form::of(&hollow.cavity)?;
+                (Form::of(&hollow.outer)?, Some(Hole { form, rim: hollow.rim as f32, level }))
+            }
+            Kind::Vessel(_) | Kind::Triangle { .. } | Kind::Mesh(_) => return None,
         };
-        (normal.turned_back(&self.turn), faces.to_array().map(|face| face as u8))
+        let (eye, _) = thing.inward(eye, Vector3::z());
+        let (turn, origin) = thing.placed();
+        let (turn, origin, eye) = (turn.cast(), origin.cast(), eye.cast());
+        Some(Self { form, hole, is_clear: thing.paint.transparent, turn, origin, eye })
     }
 
+    /// Returns whether light goes through it.
+    pub(super) fn is_clear(&self) -> bool {
+        self.is_clear
+    }
+
+    /// Returns where rays from the eye along `d` (unit, world) meet it first, taking it as opaque; infinite where they do not.
     #[inline]
-    fn span(&self, o: Four3, d: Four3) -> Spans {
-        match self.form {
-            Form::Cuboid { centre, half } => cuboid(o - Four3::of(centre), d, half),
-            Form::Cylinder { radius, bottom, top } => cylinder(o, d, radius, [bottom, top]),
-            Form::Capsule { radius, bottom, top } => capsule(o, d, radius, [bottom, top]),
+    pub(super) fn seen(&self, d: Four3) -> f32x4 {
+        let (o, d) = (Four3::of(self.eye), d.turned(&self.turn));
+        let outer = self.form.span(o, d);
+        let Some(hole) = &self.hole else { return outer.enter };
+        if !outer.enter.simd_lt(f32x4::splat(f32::INFINITY)).any() {
+            return outer.enter;
         }
+        let inner = hole.form.span(o, d);
+        let by_mouth = (inner.enter - outer.enter).simd_lt(f32x4::splat(MOUTH));
+        by_mouth.bitselect(inner.leave, outer.enter)
+    }
+
+    /// Returns which rays from `o` along `d` (unit, world) it stands in the way of.
+    #[inline]
+    pub(super) fn blocks(&self, o: Four3, d: Four3) -> f32x4 {
+        let (o, d) = ((o - Four3::of(self.origin)).turned(&self.turn), d.turned(&self.turn));
+        let outer = self.form.span(o, d);
+        let least = f32x4::splat(1e-6);
+        let is_ahead = outer.leave.simd_gt(least);
+        let Some(hole) = &self.hole else { return is_ahead };
+        if !is_ahead.any() {
+            return is_ahead;
+        }
+        let inner = hole.form.span(o, d);
+        // From between the walls, or in by the mouth: what is not left by the mouth again is blocked.
+        let by_mouth = (inner.enter - outer.enter).simd_lt(f32x4::splat(MOUTH));
+        let is_open = inner.leave.simd_gt(least) & (inner.enter.simd_le(least) | by_mouth);
+        let is_out = (outer.leave - inner.leave).simd_lt(f32x4::splat(MOUTH));
+        is_ahead & !(is_open & is_out)
+    }
+
+    /// Returns which of the places `o` in the hollow of a vessel see out by its mouth along `d` (unit, world).
+    #[inline]
+    pub(super) fn sees_out(&self, o: Four3, d: Four3) -> f32x4 {
+        let Some(hole) = &self.hole else { return f32x4::splat(0.0) };
+        let (o, d) = ((o - Four3::of(self.origin)).turned(&self.turn), d.turned(&self.turn));
+        let leave = hole.form.span(o, d).leave;
+        (o.z + leave * d.z).simd_gt(f32x4::splat(hole.rim - 1e-5))
+    }
+
+    /// Returns how the surface lies where rays from the eye meet it at `t`.
+    #[inline]
+    pub(super) fn surface(&self, d: Four3, t: f32x4) -> Lie {
+        let (o, d) = (Four3::of(self.eye), d.turned(&self.turn));
+        let at = o + d * t;
+        let (mut normal, mut faces) = self.form.surface(at);
+        let (mut depth, mut wet) = (f32x4::splat(0.0), 0);
+        if let Some(hole) = &self.hole {
+            let is_in = (t - self.form.span(o, d).enter).simd_gt(f32x4::splat(MOUTH / 2.0));
+            if is_in.any() {
+                let (inward, inner) = hole.form.surface(at);
+                normal = Four3 {
+                    x: is_in.bitselect(-inward.x, normal.x),
+                    y: is_in.bitselect(-inward.y, normal.y),
+                    z: is_in.bitselect(-inward.z, normal.z),
+                };
+                faces = is_in.bitselect(inner + f32x4::splat(8.0), faces);
+                let zero = f32x4::splat(0.0);
+                let above = at.z.fast_max(zero) * f32x4::splat(1.0 / hole.rim);
+                depth = is_in & (f32x4::splat(1.0) - above);
+                if let Some((up, height)) = hole.level {
+                    let is_under = at.dot(Four3::of(up)).simd_lt(f32x4::splat(height));
+                    wet = (is_in & is_under).to_bitmask();
+                }
+            }
+        }
+        let faces = faces.to_array();
+        let faces = [faces[0] as u8, faces[1] as u8, faces[2] as u8, faces[3] as u8];
+        Lie { normal: normal.turned_back(&self.turn), faces, depth, wet }
     }
 }
 
