@@ -18,6 +18,7 @@ mod light;
 mod look;
 mod opaque;
 mod options;
+mod panes;
 mod patch;
 mod rays;
 mod scene;
@@ -480,7 +481,7 @@ fn plain_row(
             if let Some(beside) = &mut band.beside {
                 beside.depth[at] = looks.distances[k] / length[k];
                 beside.ids[at] = looks.ids[k];
-                beside.glass[at] = NOTHING;
+                beside.glass[at] = looks.glass[k];
             }
         }
     }

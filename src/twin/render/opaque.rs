@@ -22,6 +22,9 @@ pub(super) struct Met {
     t: f32x4,
     /// Which thing; [`NO_THING`] where nothing is met.
     pub(super) things: [u32; 4],
+    /// How far the clear thing before it is, and which.
+    clear_t: f32x4,
+    clear: [u32; 4],
 }
 
 /// No thing of a stage.
@@ -37,14 +40,14 @@ pub(super) struct Looks {
     pub(super) distances: [f32; 4],
     /// What is there.
     pub(super) ids: [u16; 4],
+    /// What transparent thing is in front of it.
+    pub(super) glass: [u16; 4],
 }
 
 impl Stage<'_> {
     /// Returns whether all of some things can be met four rays at a time.
     pub(super) fn are_plain(&self, things: &[u32]) -> bool {
-        things
-            .iter()
-            .all(|&k| self.plain[k as usize].as_ref().is_some_and(|plain| !plain.is_clear()))
+        things.iter().all(|&k| self.plain[k as usize].is_some())
     }
 
     /// Returns what rays from the eye along `d` (unit) meet first among things that are plain.
@@ -53,21 +56,41 @@ impl Stage<'_> {
         let mut t = f32x4::splat(f32::INFINITY);
         let mut which = f32x4::splat(NO_THING as f32);
         let least = f32x4::splat(1e-6);
+        let (mut clear_t, mut clear) = (t, which);
         for &k in things {
             let Some(plain) = &self.plain[k as usize] else { continue };
+            if plain.is_clear() {
+                let enter = plain.entered(d);
+                let is_next = enter.simd_lt(clear_t) & enter.simd_gt(least);
+                clear_t = is_next.bitselect(enter, clear_t);
+                clear = is_next.bitselect(f32x4::splat(k as f32), clear);
+                continue;
+            }
             let enter = plain.seen(d);
             let is_next = enter.simd_lt(t) & enter.simd_gt(least);
             t = is_next.bitselect(enter, t);
             which = is_next.bitselect(f32x4::splat(k as f32), which);
         }
-        Met { t, things: which.to_array().map(|k| k as u32) }
+        let clear = clear_t.simd_lt(t).bitselect(clear, f32x4::splat(NO_THING as f32));
+        let which_of = |which: f32x4| {
+            let [a, b, c, d] = which.to_array();
+            [a as u32, b as u32, c as u32, d as u32]
+        };
+        Met { t, things: which_of(which), clear_t, clear: which_of(clear) }
     }
 
     /// Returns the light of what rays from the eye along `d` (unit) met.
     pub(super) fn look_four(&self, d: Four3, met: Met, marks: &[u32]) -> Looks {
         let distances = met.t.to_array();
-        let mut looks = Looks { light: [[0.0; 3]; 4], keys: [0; 4], distances, ids: [NOTHING; 4] };
+        let mut looks = Looks {
+            light: [[0.0; 3]; 4],
+            keys: [0; 4],
+            distances,
+            ids: [NOTHING; 4],
+            glass: [NOTHING; 4],
+        };
         let mut is_done = [false; 4];
+        self.look_through(d, &met, &mut looks, &mut is_done);
         for first in 0..4 {
             if is_done[first] {
                 continue;
@@ -79,7 +102,10 @@ impl Stage<'_> {
                 continue;
             }
             // Where another thing is seen the numbers are not used; they are kept finite.
-            let is_own = met.things.map(|other| other == thing);
+            let mut is_own = [false; 4];
+            for k in first..4 {
+                is_own[k] = met.things[k] == thing && !is_done[k];
+            }
             let mut t = [distances[first]; 4];
             for k in first..4 {
                 if is_own[k] {
@@ -108,6 +134,31 @@ impl Stage<'_> {
             }
         }
         looks
+    }
+
+    /// Looks along those of four rays that meet something clear first.
+    fn look_through(&self, d: Four3, met: &Met, looks: &mut Looks, is_done: &mut [bool; 4]) {
+        for first in 0..4 {
+            let clear = met.clear[first];
+            if clear == NO_THING || is_done[first] {
+                continue;
+            }
+            let mut wanted = 0;
+            for k in first..4 {
+                wanted |= u32::from(met.clear[k] == clear) << k;
+            }
+            let seen = self.through_four(clear as usize, d, met.clear_t, wanted);
+            for k in first..4 {
+                if wanted >> k & 1 == 1 {
+                    (looks.light[k], looks.keys[k]) = (seen.light[k], seen.keys[k]);
+                    looks.glass[k] = self.things[clear as usize].id;
+                    if met.things[k] != NO_THING {
+                        looks.ids[k] = self.things[met.things[k] as usize].id;
+                    }
+                    is_done[k] = true;
+                }
+            }
+        }
     }
 
     /// Returns the light of a plain thing at places that rays along `d` meet, and keys that change at its inner edges.
@@ -279,7 +330,7 @@ impl Stage<'_> {
 
 impl Lighting {
     /// As [`Self::sheen`], in four directions.
-    fn sheen_four(&self, d: Four3) -> Four3 {
+    pub(super) fn sheen_four(&self, d: Four3) -> Four3 {
         let level = self.level() as f32;
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
         let is_down = d.z.simd_lt(zero);
