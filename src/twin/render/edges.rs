@@ -85,14 +85,17 @@ fn look_closely_at_plain(
     offsets: &[[f64; 2]],
 ) -> [f32; 3] {
     let mut sum = [0.0_f32; 3];
-    for some in offsets.chunks(4) {
+    for (n, some) in offsets.chunks(4).enumerate() {
         let mut off = [[0.0_f32; 4]; 2];
         for (k, [right, below]) in some.iter().enumerate() {
             (off[0][k], off[1][k]) = (*right as f32, *below as f32);
         }
         let (d, _) = lens.four_rays((u, v), off.map(f32x4::from));
         let seen = stage.see_four(d, candidates.things);
-        let looks = stage.look_four(d, seen, candidates.marks);
+        // Of glass, as above, those with an even number of ones; of four the first and the last, or the two between.
+        let lit = if n.count_ones().is_multiple_of(2) { 0b1001 } else { 0b0110 };
+        let all = (1 << some.len()) - 1;
+        let looks = stage.look_four(d, seen, candidates.marks, lit & all);
         for light in &looks.light[..some.len()] {
             sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
         }

@@ -47,6 +47,9 @@ pub(super) struct OnTable {
     wood: &'static [f32],
 }
 
+/// So many directions stand for the lamp where a body's shadows are asked for.
+pub(super) const LAMPS: usize = 4;
+
 /// How shiny the table's top is.
 pub(super) const TABLE_GLOSS: f32 = 0.10;
 
@@ -82,7 +85,7 @@ impl Lighting {
             on_table,
             sheen_from: (light.spread + SHEEN_EDGE).cos(),
             shade,
-            samples: if options.shadows { disc(towards, light.spread, 4) } else { Vec::new() },
+            samples: if options.shadows { disc(towards, light.spread, LAMPS) } else { Vec::new() },
         }
     }
 

@@ -472,7 +472,7 @@ fn plain_row(
     for first in (0..stretch.len()).step_by(4) {
         let (d, length) = eye.lens.four_rays((u + first, v), BESIDE.map(f32x4::from));
         let seen = eye.stage.see_four(d, candidates.things);
-        let looks = eye.stage.look_four(d, seen, candidates.marks);
+        let looks = eye.stage.look_four(d, seen, candidates.marks, 15);
         let length = length.to_array();
         let here = stretch.start + first..(stretch.start + first + 4).min(stretch.end);
         for (k, at) in here.enumerate() {

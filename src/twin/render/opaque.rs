@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use wide::f32x4;
 
 use super::BRIGHTEST;
-use super::light::Lighting;
+use super::light::{LAMPS, Lighting};
 use super::rays::{Four3, Lie};
 use super::scene::Kind;
 use super::solid::TOP;
@@ -80,7 +80,9 @@ impl Stage<'_> {
     }
 
     /// Returns the light of what rays from the eye along `d` (unit) met.
-    pub(super) fn look_four(&self, d: Four3, met: Met, marks: &[u32]) -> Looks {
+    ///
+    /// Of those that meet something clear only those with a bit in `lit` are followed, if there are any; the others take their light.
+    pub(super) fn look_four(&self, d: Four3, met: Met, marks: &[u32], lit: u32) -> Looks {
         let distances = met.t.to_array();
         let mut looks = Looks {
             light: [[0.0; 3]; 4],
@@ -90,7 +92,7 @@ impl Stage<'_> {
             glass: [NOTHING; 4],
         };
         let mut is_done = [false; 4];
-        self.look_through(d, &met, &mut looks, &mut is_done);
+        self.look_through(d, &met, lit, &mut looks, &mut is_done);
         for first in 0..4 {
             if is_done[first] {
                 continue;
@@ -137,20 +139,32 @@ impl Stage<'_> {
     }
 
     /// Looks along those of four rays that meet something clear first.
-    fn look_through(&self, d: Four3, met: &Met, looks: &mut Looks, is_done: &mut [bool; 4]) {
+    fn look_through(
+        &self,
+        d: Four3,
+        met: &Met,
+        lit: u32,
+        looks: &mut Looks,
+        is_done: &mut [bool; 4],
+    ) {
         for first in 0..4 {
             let clear = met.clear[first];
             if clear == NO_THING || is_done[first] {
                 continue;
             }
-            let mut wanted = 0;
+            let mut met_it = 0;
             for k in first..4 {
-                wanted |= u32::from(met.clear[k] == clear) << k;
+                met_it |= u32::from(met.clear[k] == clear) << k;
             }
-            let seen = self.through_four(clear as usize, d, met.clear_t, wanted);
+            let lit = if met_it & lit == 0 { 1 << first } else { met_it & lit };
+            let seen = self.through_four(clear as usize, d, met.clear_t, lit);
+            let mut last = lit.trailing_zeros() as usize;
             for k in first..4 {
-                if wanted >> k & 1 == 1 {
-                    (looks.light[k], looks.keys[k]) = (seen.light[k], seen.keys[k]);
+                if met_it >> k & 1 == 1 {
+                    if lit >> k & 1 == 1 {
+                        last = k;
+                    }
+                    (looks.light[k], looks.keys[k]) = (seen.light[last], seen.keys[last]);
                     looks.glass[k] = self.things[clear as usize].id;
                     if met.things[k] != NO_THING {
                         looks.ids[k] = self.things[met.things[k] as usize].id;
@@ -264,7 +278,14 @@ impl Stage<'_> {
             let (along, far2) = (to.dot(towards), to.dot(to));
             let reach = f32x4::splat(thing.radius as f32) + sine * far2.sqrt();
             let off2 = far2 - along * along;
-            (along.simd_ge(-reach) & off2.simd_le(reach * reach) & faces).any()
+            let is_near = (along.simd_ge(-reach) & off2.simd_le(reach * reach) & faces).any();
+            is_near
+                && self.plain[caster as usize].as_ref().is_none_or(|plain| {
+                    // A little more than single precision rounds off.
+                    let (spread, reach) =
+                        (self.lighting.sine() as f32 + 1e-4, 2.5 * thing.radius as f32);
+                    plain.may_shade(from, towards, spread, reach)
+                })
         };
         let mut near = [0; FEW];
         let casters = self.casters(index, &mut near, may_shade);
@@ -277,44 +298,43 @@ impl Stage<'_> {
             let step = |k: u32| if steps >> k & 1 == 1 { all } else { 0 };
             return (faces & one, [step(0), step(1), step(2), step(3)]);
         }
+        let mut left = [faces & one; LAMPS];
+        if let Some(hollow) = hollow {
+            for (left, to) in left.iter_mut().zip(samples) {
+                let is_open = hollow.sees_out(from, Four3::of(to.cast()));
+                *left = is_deep.bitselect(*left & is_open, *left);
+            }
+        }
+        for &caster in casters {
+            let is_clear = self.things[caster as usize].paint.transparent;
+            let through = if is_clear { 0.7 } else { 0.0 };
+            if let Some(plain) = &self.plain[caster as usize] {
+                plain.darken(from, through, &mut left);
+                continue;
+            }
+            for (left, to) in left.iter_mut().zip(samples) {
+                *left = left.fast_min(self.darkened(caster, from, to, *left, through));
+            }
+        }
         let mut seen = zero;
-        for to in samples {
-            let d = Four3::of(to.cast());
-            let mut left = faces & one;
-            if let Some(hollow) = hollow {
-                left = is_deep.bitselect(left & hollow.sees_out(from, d), left);
-                if !left.simd_gt(zero).any() {
-                    continue;
-                }
-            }
-            for &caster in casters {
-                let dark = self.darkened(caster, from, d, to, left);
-                left = left.fast_min(dark);
-                if !left.simd_gt(zero).any() {
-                    break;
-                }
-            }
+        for left in left {
             seen += left;
         }
         let lit = seen * f32x4::splat(1.0 / samples.len() as f32);
         (lit, (seen + seen).to_array().map(|steps| steps as u64))
     }
 
-    /// Returns how much light a thing lets through on the way to a point of the lamp, where any is `left` to be lost.
+    /// Returns how much light a thing that is not plain lets through on the way to a point of the lamp, where any is `left` to be
+    /// lost.
     fn darkened(
         &self,
         caster: u32,
         from: Four3,
-        d: Four3,
         to: &Vector3<f64>,
         left: f32x4,
+        through: f32,
     ) -> f32x4 {
-        let one = f32x4::splat(1.0);
         let thing = &self.things[caster as usize];
-        let through = if thing.paint.transparent { 0.7 } else { 0.0 };
-        if let Some(plain) = &self.plain[caster as usize] {
-            return plain.blocks(from, d).bitselect(f32x4::splat(through), one);
-        }
         let left = left.to_array();
         let mut passes = [1.0_f32; 4];
         for k in 0..4 {
@@ -439,8 +459,8 @@ mod tests {
             let (view, lens) = (view(), Lens::new(&camera));
             let options = Options { shadows, ..Options::default() };
             let stage = Stage::new(&view, options, lens.centre);
-            let things: Vec<u32> = (0..5).collect();
-            assert!(stage.are_plain(&things) && !stage.are_plain(&[5]));
+            let things: Vec<u32> = (0..6).collect();
+            assert!(stage.are_plain(&things));
             let candidates = Candidates { things: &things, marks: &[0] };
             let (mut n, mut apart, mut shaded) = (0, 0, 0);
             for v in (0..240).step_by(3) {
@@ -448,7 +468,7 @@ mod tests {
                     let beside = [[0.0, 1.0, 2.0, 3.0], [0.25; 4]].map(f32x4::from);
                     let (d, length) = lens.four_rays((u, v), beside);
                     let met = stage.see_four(d, &things);
-                    let four = stage.look_four(d, met, &[0]);
+                    let four = stage.look_four(d, met, &[0], 15);
                     for k in 0..4 {
                         let ray = lens.direction((u + k) as f64, v as f64 + 0.25);
                         assert!((f64::from(length.to_array()[k]) - ray.norm()).abs() < 1e-6);

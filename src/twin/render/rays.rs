@@ -11,6 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use wide::f32x4;
 
 use super::glass::Medium;
+use super::light::Lighting;
 use super::scene::{Kind, Thing};
 use super::solid::{BOTTOM, SIDE, Solid, TOP};
 
@@ -157,6 +158,8 @@ pub(super) struct Plain {
     origin: Vector3<f32>,
     /// The eye in its frame.
     eye: Vector3<f32>,
+    /// Directions to the lamp in its frame.
+    lamp: Vec<Vector3<f32>>,
 }
 
 /// The hollow of a vessel.
@@ -203,6 +206,19 @@ impl Form {
             }
             Solid::Lathe { .. } | Solid::Ellipsoid { .. } => return None,
         })
+    }
+
+    /// As [`Solid::grown`].
+    fn grown(&self, by: f32) -> Self {
+        match *self {
+            Self::Cuboid { centre, half } => Self::Cuboid { centre, half: half.add_scalar(by) },
+            Self::Cylinder { radius, bottom, top } => {
+                Self::Cylinder { radius: radius + by, bottom: bottom - by, top: top + by }
+            }
+            Self::Capsule { radius, bottom, top } => {
+                Self::Capsule { radius: radius + by, bottom, top }
+            }
+        }
     }
 
     #[inline]
@@ -266,7 +282,16 @@ impl Form {
 /// The next change of what rays are in.
 pub(super) struct Step {
     pub(super) length: f32x4,
-    pub(super) changes: [Change; 4],
+    /// What changes there, as a number.
+    pub(super) changes: f32x4,
+}
+
+impl Step {
+    /// Returns what changes for one of the rays.
+    #[inline]
+    pub(super) fn change(&self, k: usize) -> Change {
+        CHANGES.get(self.changes.to_array()[k] as usize).copied().unwrap_or(Change::Never)
+    }
 }
 
 /// Where what a ray is in changes.
@@ -338,12 +363,7 @@ impl Plain {
             take(outer.enter, 0.0, all);
             take(outer.leave, 1.0, all);
         }
-        let which = which.to_array();
-        let mut changes = [Change::Never; 4];
-        for k in 0..4 {
-            changes[k] = CHANGES[which[k] as usize % 6];
-        }
-        Step { length, changes }
+        Step { length, changes: which }
     }
 
     /// Returns the normals (unit) at places where something changes, and numbers that tell its surfaces apart.
@@ -408,7 +428,7 @@ const CHANGES: [Change; 6] = [
 
 impl Plain {
     /// Returns a thing as it is met four rays at a time; `None` when it is of another kind, or the eye is in it.
-    pub(super) fn new(thing: &Thing, eye: Vector3<f64>) -> Option<Self> {
+    pub(super) fn new(thing: &Thing, eye: Vector3<f64>, lighting: &Lighting) -> Option<Self> {
         let (form, hole) = match &thing.kind {
             Kind::Solid(solid) => (Form::of(solid)?, None),
             Kind::Vessel(hollow) if !thing.holds(eye) => {
@@ -420,8 +440,9 @@ impl Plain {
         };
         let (eye, _) = thing.inward(eye, Vector3::z());
         let (turn, origin) = thing.placed();
+        let lamp = lighting.samples().iter().map(|to| (turn * to).cast()).collect();
         let (turn, origin, eye) = (turn.cast(), origin.cast(), eye.cast());
-        Some(Self { form, hole, is_clear: thing.paint.transparent, turn, origin, eye })
+        Some(Self { form, hole, is_clear: thing.paint.transparent, turn, origin, eye, lamp })
     }
 
     /// Returns whether light goes through it.
@@ -452,7 +473,39 @@ impl Plain {
     /// Returns which rays from `o` along `d` (unit, world) it stands in the way of.
     #[inline]
     pub(super) fn blocks(&self, o: Four3, d: Four3) -> f32x4 {
-        let (o, d) = ((o - Four3::of(self.origin)).turned(&self.turn), d.turned(&self.turn));
+        self.is_between(self.placed(o), d.turned(&self.turn))
+    }
+
+    /// Returns places of the world in its frame.
+    #[inline]
+    fn placed(&self, o: Four3) -> Four3 {
+        (o - Four3::of(self.origin)).turned(&self.turn)
+    }
+
+    /// Returns whether it may stand between the places `o` and a part of the lamp, `towards` its middle (unit, world), which is seen
+    /// from them under half an angle of which `spread` is the sine.
+    #[inline]
+    pub(super) fn may_shade(&self, o: Four3, towards: Four3, spread: f32, reach: f32) -> bool {
+        let (o, d) = (self.placed(o), towards.turned(&self.turn));
+        let far2 = o.dot(o).to_array();
+        let far = far2[0].max(far2[1]).max(far2[2].max(far2[3])).sqrt() + reach;
+        let span = self.form.grown(spread * far).span(o, d);
+        span.leave.simd_gt(f32x4::splat(0.0)).any()
+    }
+
+    /// Takes from `left` what it lets through no more than `through` of, for each of the directions to the lamp.
+    #[inline]
+    pub(super) fn darken(&self, from: Four3, through: f32, left: &mut [f32x4]) {
+        let from = self.placed(from);
+        for (left, to) in left.iter_mut().zip(&self.lamp) {
+            let dark = self.is_between(from, Four3::of(*to));
+            *left = left.fast_min(dark.bitselect(f32x4::splat(through), f32x4::splat(1.0)));
+        }
+    }
+
+    /// As [`Self::blocks`], in its frame.
+    #[inline]
+    fn is_between(&self, o: Four3, d: Four3) -> f32x4 {
         let outer = self.form.span(o, d);
         let least = f32x4::splat(1e-6);
         let is_ahead = outer.leave.simd_gt(least);
