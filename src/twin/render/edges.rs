@@ -85,14 +85,17 @@ fn look_closely_at_plain(
     offsets: &[[f64; 2]],
 ) -> [f32; 3] {
     let mut sum = [0.0_f32; 3];
-    for some in offsets.chunks(4) {
+    for (n, some) in offsets.chunks(4).enumerate() {
         let mut off = [[0.0_f32; 4]; 2];
         for (k, [right, below]) in some.iter().enumerate() {
             (off[0][k], off[1][k]) = (*right as f32, *below as f32);
         }
         let (d, _) = lens.four_rays((u, v), off.map(f32x4::from));
         let seen = stage.see_four(d, candidates.things);
-        let looks = stage.look_four(d, seen, candidates.marks);
+        // Of glass, as above, those with an even number of ones; of four the first and the last, or the two between.
+        let lit = if n.count_ones().is_multiple_of(2) { 0b1001 } else { 0b0110 };
+        let all = (1 << some.len()) - 1;
+        let looks = stage.look_four(d, seen, candidates.marks, lit & all);
         for light in &looks.light[..some.len()] {
             sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
         }
@@ -109,13 +112,40 @@ fn find_edges(keys: &[u32], width: usize, height: usize, v: usize, edges: &mut V
     let row = |v: usize| &keys[v * width..(v + 1) * width];
     let here = row(v);
     let (above, below) = (row(v.saturating_sub(1)), row((v + 1).min(height - 1)));
-    for u in 0..width {
-        let (left, right) = (here[u.saturating_sub(1)], here[(u + 1).min(width - 1)]);
-        let key = here[u];
-        if left != key || right != key || above[u] != key || below[u] != key {
-            edges.push(u);
+    for first in (0..width).step_by(MANY) {
+        let end = (first + MANY).min(width);
+        // Nearly everywhere many neighbours see the same.
+        if let (Some(here), Some(above), Some(below)) = (
+            here[first..].first_chunk(),
+            above[first..].first_chunk(),
+            below[first..].first_chunk(),
+        ) && here[0] == row(v)[first.saturating_sub(1)]
+            && here[0] == row(v)[end.min(width - 1)]
+            && are_alike(here, above, below)
+        {
+            continue;
+        }
+        for u in first..end {
+            let (left, right) = (here[u.saturating_sub(1)], here[(u + 1).min(width - 1)]);
+            let key = here[u];
+            if left != key || right != key || above[u] != key || below[u] != key {
+                edges.push(u);
+            }
         }
     }
+}
+
+/// So many keys are looked at together.
+const MANY: usize = 16;
+
+/// Returns whether all keys are the same.
+#[inline]
+fn are_alike(here: &[u32; MANY], above: &[u32; MANY], below: &[u32; MANY]) -> bool {
+    let (key, mut apart) = (here[0], 0);
+    for k in 0..MANY {
+        apart |= (here[k] ^ key) | (above[k] ^ key) | (below[k] ^ key);
+    }
+    apart == 0
 }
 
 /// Returns the k-th of n places in a pixel (Hammersley's points): all their columns and all their rows

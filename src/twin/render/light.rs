@@ -47,6 +47,9 @@ pub(super) struct OnTable {
     wood: &'static [f32],
 }
 
+/// So many directions stand for the lamp where a body's shadows are asked for.
+pub(super) const LAMPS: usize = 4;
+
 /// How shiny the table's top is.
 pub(super) const TABLE_GLOSS: f32 = 0.10;
 
@@ -82,7 +85,7 @@ impl Lighting {
             on_table,
             sheen_from: (light.spread + SHEEN_EDGE).cos(),
             shade,
-            samples: if options.shadows { disc(towards, light.spread, 4) } else { Vec::new() },
+            samples: if options.shadows { disc(towards, light.spread, LAMPS) } else { Vec::new() },
         }
     }
 
@@ -246,7 +249,58 @@ impl Lighting {
     }
 }
 
+/// How places of the table are places of the stored piece of wood, for a stretch of them without a fold: factor and what is added.
+pub(super) struct Fold([[f32; 2]; 2]);
+
 impl OnTable {
+    /// Returns how the wood lies between two places (least and greatest x and y), if no fold of it is between them.
+    pub(super) fn fold(&self, low: [f64; 2], high: [f64; 2]) -> Option<Fold> {
+        const PERIOD: f64 = (GRAIN - 2) as f64;
+        let mut fold = [[0.0; 2]; 2];
+        for (k, fold) in fold.iter_mut().enumerate() {
+            let unfold = |a: f64| a / TEXEL + 0.31 * PERIOD;
+            let turns = (unfold(low[k]) / PERIOD).floor();
+            // A hair within, for rounding.
+            let within = 1e-3..PERIOD - 1e-3;
+            let is_in = |a: f64| within.contains(&(unfold(a) - turns * PERIOD));
+            if !is_in(low[k]) || !is_in(high[k]) {
+                return None;
+            }
+            let start = 0.31 * PERIOD - turns * PERIOD;
+            let is_back = turns.rem_euclid(2.0) > 0.5;
+            let (sign, start) = if is_back { (-1.0, PERIOD - start) } else { (1.0, start) };
+            *fold = [(sign / TEXEL) as f32, start as f32];
+        }
+        Some(Fold(fold))
+    }
+
+    /// As [`Self::grains`] where no fold is between the places.
+    #[inline]
+    pub(super) fn grains_in(&self, fold: &Fold, x: f32x4, y: f32x4) -> f32x4 {
+        let Fold([[fx, ox], [fy, oy]]) = *fold;
+        self.between(
+            x * f32x4::splat(fx) + f32x4::splat(ox),
+            y * f32x4::splat(fy) + f32x4::splat(oy),
+        )
+    }
+
+    /// Returns the wood's brightness between the texels around four places of the stored piece.
+    #[inline]
+    fn between(&self, u: f32x4, v: f32x4) -> f32x4 {
+        let (i, j) = (f32x4::from_i32x4(u.fast_trunc_int()), f32x4::from_i32x4(v.fast_trunc_int()));
+        let (fu, fv) = (u - i, v - j);
+        // Fewer texels than whole numbers that single precision holds.
+        let at = (j * f32x4::splat(GRAIN as f32) + i).fast_trunc_int().to_array();
+        let mut corners = [[0.0_f32; 4]; 4];
+        for k in 0..4 {
+            let wood = &self.wood[at[k] as usize..][..GRAIN + 2];
+            corners[k] = [wood[0], wood[1], wood[GRAIN], wood[GRAIN + 1]];
+        }
+        let [a, b, c, d] = f32x4::transpose(corners.map(f32x4::from));
+        let (near, far) = (a + (b - a) * fu, c + (d - c) * fu);
+        near + (far - near) * fv
+    }
+
     /// Returns the wood's brightness at four places, about 1; as [`grain`].
     #[inline]
     pub(super) fn grains(&self, x: f32x4, y: f32x4) -> f32x4 {
@@ -259,19 +313,7 @@ impl OnTable {
             let folded = rest.fast_min(f32x4::splat(2.0 * PERIOD) - rest);
             folded.fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(PERIOD))
         };
-        let (u, v) = (fold(x), fold(y));
-        let (i, j) = (u.fast_trunc_int(), v.fast_trunc_int());
-        let (fu, fv) = (u - f32x4::from_i32x4(i), v - f32x4::from_i32x4(j));
-        let (i, j) = (i.to_array(), j.to_array());
-        let mut corners = [[0.0_f32; 4]; 4];
-        for k in 0..4 {
-            let wood = &self.wood[j[k] as usize * GRAIN + i[k] as usize..][..GRAIN + 2];
-            (corners[0][k], corners[1][k]) = (wood[0], wood[1]);
-            (corners[2][k], corners[3][k]) = (wood[GRAIN], wood[GRAIN + 1]);
-        }
-        let [a, b, c, d] = corners.map(f32x4::from);
-        let (near, far) = (a + (b - a) * fu, c + (d - c) * fu);
-        near + (far - near) * fv
+        self.between(fold(x), fold(y))
     }
 }
 

@@ -18,6 +18,8 @@ mod light;
 mod look;
 mod opaque;
 mod options;
+mod panes;
+mod patch;
 mod rays;
 mod scene;
 mod shade;
@@ -43,6 +45,7 @@ use lens::Lens;
 pub use look::ArmLook;
 use opaque::NO_THING;
 pub use options::Options;
+use patch::Patch;
 use tile::{Content, PART, TILE, Tile};
 use trace::{Candidates, Sample, Stage};
 pub use view::{Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER};
@@ -318,6 +321,10 @@ fn first_look(
     band: &mut Band<'_>,
 ) {
     let edge = if tile.has_parts() { PART } else { TILE };
+    let patch = tile.shows_table().then(|| {
+        Patch::new(&eye.stage.lighting, eye.lens, &eye.stage.table, place)
+    });
+    let patch = patch.flatten();
     for y in (0..size.1).step_by(edge) {
         for x in (0..size.0).step_by(edge) {
             let (content, candidates) = tile.part(x, y);
@@ -333,7 +340,12 @@ fn first_look(
                         let right = corners[1] + (corners[3] - corners[1]) * (height * part);
                         room_row(left, (right - left) * part, at..at + size.0, band);
                     }
-                    Content::Table => table_row(eye, candidates, (u, v), at..at + size.0, band),
+                    Content::Table => match &patch {
+                        Some(patch) => {
+                            patch_row(eye, candidates, &patch.row(row), x, at..at + size.0, band);
+                        }
+                        None => table_row(eye, candidates, (u, v), at..at + size.0, band),
+                    },
                     Content::Things if is_plain => {
                         plain_row(eye, candidates, (u, v), at..at + size.0, band);
                     }
@@ -355,10 +367,13 @@ fn first_look(
 
 /// Draws a stretch of a row where there is only room, whose light changes by `step` from pixel to pixel.
 fn room_row(first: Vector3<f32>, step: Vector3<f32>, stretch: Range<usize>, band: &mut Band<'_>) {
-    for (k, at) in stretch.clone().enumerate() {
-        let light = first + step * k as f32;
-        let cut = |x: f32| x.clamp(0.0, BRIGHTEST);
-        band.light[at] = [cut(light.x), cut(light.y), cut(light.z)];
+    let four = |v: Vector3<f32>| f32x4::from([v.x, v.y, v.z, 0.0]);
+    let (mut light, step) = (four(first), four(step));
+    for at in stretch.clone() {
+        let cut = light.fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(BRIGHTEST));
+        let [r, g, b, _] = cut.to_array();
+        band.light[at] = [r, g, b];
+        light += step;
     }
     if let Some(beside) = &mut band.beside {
         beside.depth[stretch.clone()].fill(f32::INFINITY);
@@ -366,6 +381,43 @@ fn room_row(first: Vector3<f32>, step: Vector3<f32>, stretch: Range<usize>, band
         beside.glass[stretch.clone()].fill(NOTHING);
     }
     band.keys[stretch].fill(0);
+}
+
+/// Draws a stretch of a row of a square where there is only the table, from its column `x` on.
+fn patch_row(
+    eye: &Eye<'_>,
+    candidates: Candidates<'_>,
+    row: &patch::Row<'_>,
+    x: usize,
+    stretch: Range<usize>,
+    band: &mut Band<'_>,
+) {
+    let key = folded(trace::key_of_table(false));
+    for first in (0..stretch.len()).step_by(PART) {
+        let here = stretch.start + first..(stretch.start + first + PART).min(stretch.end);
+        let part = (x + first) / PART;
+        let quad = row.quad(part);
+        let light = row.light(part, &quad);
+        for (light, [r, g, b, _]) in band.light[here.clone()].iter_mut().zip(&light) {
+            *light = [*r, *g, *b];
+        }
+        if let Some(beside) = &mut band.beside {
+            beside.depth[here.clone()].copy_from_slice(&row.depth(&quad)[..here.len()]);
+            beside.ids[here.clone()].fill(TABLE);
+            beside.glass[here.clone()].fill(NOTHING);
+        }
+        band.keys[here.clone()].fill(key);
+        if !candidates.marks.is_empty() {
+            let (x, y) = (quad.x.to_array(), quad.y.to_array());
+            for (k, at) in here.enumerate() {
+                let (x, y) = (f64::from(x[k]), f64::from(y[k]));
+                if eye.stage.mark_at(x, y, Some(candidates.marks)).is_some() {
+                    band.light[at] = clamped(eye.stage.lighting.mark(x, y).cast());
+                    band.keys[at] = folded(trace::key_of_table(true));
+                }
+            }
+        }
+    }
 }
 
 /// Draws a stretch of a row where there are only table and room, from the pixel `(u, v)` on.
@@ -420,7 +472,7 @@ fn plain_row(
     for first in (0..stretch.len()).step_by(4) {
         let (d, length) = eye.lens.four_rays((u + first, v), BESIDE.map(f32x4::from));
         let seen = eye.stage.see_four(d, candidates.things);
-        let looks = eye.stage.look_four(d, seen, candidates.marks);
+        let looks = eye.stage.look_four(d, seen, candidates.marks, 15);
         let length = length.to_array();
         let here = stretch.start + first..(stretch.start + first + 4).min(stretch.end);
         for (k, at) in here.enumerate() {
@@ -429,7 +481,7 @@ fn plain_row(
             if let Some(beside) = &mut band.beside {
                 beside.depth[at] = looks.distances[k] / length[k];
                 beside.ids[at] = looks.ids[k];
-                beside.glass[at] = NOTHING;
+                beside.glass[at] = looks.glass[k];
             }
         }
     }

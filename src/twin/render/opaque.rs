@@ -8,8 +8,9 @@ use nalgebra::Vector3;
 use wide::f32x4;
 
 use super::BRIGHTEST;
-use super::light::Lighting;
-use super::rays::Four3;
+use super::light::{LAMPS, Lighting};
+use super::rays::{Four3, Lie};
+use super::scene::Kind;
 use super::solid::TOP;
 use super::trace::{FEW, Stage, key_of_table, mix};
 use super::view::{NOTHING, TABLE};
@@ -21,6 +22,9 @@ pub(super) struct Met {
     t: f32x4,
     /// Which thing; [`NO_THING`] where nothing is met.
     pub(super) things: [u32; 4],
+    /// How far the clear thing before it is, and which.
+    clear_t: f32x4,
+    clear: [u32; 4],
 }
 
 /// No thing of a stage.
@@ -36,6 +40,8 @@ pub(super) struct Looks {
     pub(super) distances: [f32; 4],
     /// What is there.
     pub(super) ids: [u16; 4],
+    /// What transparent thing is in front of it.
+    pub(super) glass: [u16; 4],
 }
 
 impl Stage<'_> {
@@ -50,21 +56,43 @@ impl Stage<'_> {
         let mut t = f32x4::splat(f32::INFINITY);
         let mut which = f32x4::splat(NO_THING as f32);
         let least = f32x4::splat(1e-6);
+        let (mut clear_t, mut clear) = (t, which);
         for &k in things {
             let Some(plain) = &self.plain[k as usize] else { continue };
-            let enter = plain.seen(d).enter;
+            if plain.is_clear() {
+                let enter = plain.entered(d);
+                let is_next = enter.simd_lt(clear_t) & enter.simd_gt(least);
+                clear_t = is_next.bitselect(enter, clear_t);
+                clear = is_next.bitselect(f32x4::splat(k as f32), clear);
+                continue;
+            }
+            let enter = plain.seen(d);
             let is_next = enter.simd_lt(t) & enter.simd_gt(least);
             t = is_next.bitselect(enter, t);
             which = is_next.bitselect(f32x4::splat(k as f32), which);
         }
-        Met { t, things: which.to_array().map(|k| k as u32) }
+        let clear = clear_t.simd_lt(t).bitselect(clear, f32x4::splat(NO_THING as f32));
+        let which_of = |which: f32x4| {
+            let [a, b, c, d] = which.to_array();
+            [a as u32, b as u32, c as u32, d as u32]
+        };
+        Met { t, things: which_of(which), clear_t, clear: which_of(clear) }
     }
 
     /// Returns the light of what rays from the eye along `d` (unit) met.
-    pub(super) fn look_four(&self, d: Four3, met: Met, marks: &[u32]) -> Looks {
+    ///
+    /// Of those that meet something clear only those with a bit in `lit` are followed, if there are any; the others take their light.
+    pub(super) fn look_four(&self, d: Four3, met: Met, marks: &[u32], lit: u32) -> Looks {
         let distances = met.t.to_array();
-        let mut looks = Looks { light: [[0.0; 3]; 4], keys: [0; 4], distances, ids: [NOTHING; 4] };
+        let mut looks = Looks {
+            light: [[0.0; 3]; 4],
+            keys: [0; 4],
+            distances,
+            ids: [NOTHING; 4],
+            glass: [NOTHING; 4],
+        };
         let mut is_done = [false; 4];
+        self.look_through(d, &met, lit, &mut looks, &mut is_done);
         for first in 0..4 {
             if is_done[first] {
                 continue;
@@ -76,7 +104,10 @@ impl Stage<'_> {
                 continue;
             }
             // Where another thing is seen the numbers are not used; they are kept finite.
-            let is_own = met.things.map(|other| other == thing);
+            let mut is_own = [false; 4];
+            for k in first..4 {
+                is_own[k] = met.things[k] == thing && !is_done[k];
+            }
             let mut t = [distances[first]; 4];
             for k in first..4 {
                 if is_own[k] {
@@ -85,10 +116,10 @@ impl Stage<'_> {
             }
             let Some(plain) = &self.plain[thing as usize] else { continue };
             let t = f32x4::from(t);
-            let (normal, faces) = plain.surface(d, t);
+            let lie = plain.surface(d, t);
             let at = Four3::of(self.eye.cast()) + d * t;
             let id = self.things[thing as usize].id;
-            let on_top = |k: usize| id == TABLE && faces[k] == TOP;
+            let on_top = |k: usize| id == TABLE && lie.faces[k] == TOP;
             let mut take = |(light, keys): ([[f32; 3]; 4], [u64; 4]), of_top: bool| {
                 for k in first..4 {
                     if is_own[k] && on_top(k) == of_top {
@@ -101,10 +132,47 @@ impl Stage<'_> {
                 take(self.table_four(at, marks), true);
             }
             if (first..4).any(|k| is_own[k] && !on_top(k)) {
-                take(self.light_four(thing as usize, d, at, normal, faces), false);
+                take(self.light_four(thing as usize, d, at, &lie), false);
             }
         }
         looks
+    }
+
+    /// Looks along those of four rays that meet something clear first.
+    fn look_through(
+        &self,
+        d: Four3,
+        met: &Met,
+        lit: u32,
+        looks: &mut Looks,
+        is_done: &mut [bool; 4],
+    ) {
+        for first in 0..4 {
+            let clear = met.clear[first];
+            if clear == NO_THING || is_done[first] {
+                continue;
+            }
+            let mut met_it = 0;
+            for k in first..4 {
+                met_it |= u32::from(met.clear[k] == clear) << k;
+            }
+            let lit = if met_it & lit == 0 { 1 << first } else { met_it & lit };
+            let seen = self.through_four(clear as usize, d, met.clear_t, lit);
+            let mut last = lit.trailing_zeros() as usize;
+            for k in first..4 {
+                if met_it >> k & 1 == 1 {
+                    if lit >> k & 1 == 1 {
+                        last = k;
+                    }
+                    (looks.light[k], looks.keys[k]) = (seen.light[last], seen.keys[last]);
+                    looks.glass[k] = self.things[clear as usize].id;
+                    if met.things[k] != NO_THING {
+                        looks.ids[k] = self.things[met.things[k] as usize].id;
+                    }
+                    is_done[k] = true;
+                }
+            }
+        }
     }
 
     /// Returns the light of a plain thing at places that rays along `d` meet, and keys that change at its inner edges.
@@ -113,11 +181,11 @@ impl Stage<'_> {
         index: usize,
         d: Four3,
         at: Four3,
-        normal: Four3,
-        faces: [u8; 4],
+        lie: &Lie,
     ) -> ([[f32; 3]; 4], [u64; 4]) {
         let own = &self.things[index];
-        let (lit, steps) = self.lit_four(index, at, normal);
+        let (normal, faces) = (lie.normal, lie.faces);
+        let (lit, steps) = self.lit_four(index, at, lie);
         let mut keys = [0; 4];
         for k in 0..4 {
             keys[k] = mix(u64::from(own.id), u64::from(faces[k]) * 8 + steps[k]);
@@ -130,6 +198,7 @@ impl Stage<'_> {
         } else {
             one
         };
+        let open = open * (one - lie.depth * f32x4::splat(0.6));
         let lighting = &self.lighting;
         let gloss = own.paint.specular as f32;
         let up = normal.z * f32x4::splat(0.5) + f32x4::splat(0.5);
@@ -158,7 +227,20 @@ impl Stage<'_> {
             let part = left * left * left * left * left * f32x4::splat(0.96) + f32x4::splat(0.04);
             light = light + lighting.sheen_four(back) * (part * open * f32x4::splat(gloss));
         }
-        (lights(light), keys)
+        let mut lights = lights(light);
+        if lie.wet != 0
+            && let Kind::Vessel(hollow) = &own.kind
+        {
+            for k in 0..4 {
+                if lie.wet >> k & 1 == 1
+                    && let Some(seen) = self.under_water(own, hollow, self.eye, d.lane(k))
+                {
+                    lights[k] = super::clamped(seen);
+                    keys[k] = mix(u64::from(own.id), 66 + u64::from(faces[k]));
+                }
+            }
+        }
+        (lights, keys)
     }
 
     /// Returns the light of the table's top, marks on it included.
@@ -179,8 +261,9 @@ impl Stage<'_> {
     }
 
     /// Returns the part of the lamp that places on a body see, and numbers that change with it.
-    fn lit_four(&self, index: usize, at: Four3, normal: Four3) -> (f32x4, [u64; 4]) {
+    fn lit_four(&self, index: usize, at: Four3, lie: &Lie) -> (f32x4, [u64; 4]) {
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
+        let normal = lie.normal;
         let towards = Four3::of(self.lighting.towards().cast());
         let faces = normal.dot(towards).simd_gt(zero);
         let samples = self.lighting.samples();
@@ -195,50 +278,63 @@ impl Stage<'_> {
             let (along, far2) = (to.dot(towards), to.dot(to));
             let reach = f32x4::splat(thing.radius as f32) + sine * far2.sqrt();
             let off2 = far2 - along * along;
-            (along.simd_ge(-reach) & off2.simd_le(reach * reach) & faces).any()
+            let is_near = (along.simd_ge(-reach) & off2.simd_le(reach * reach) & faces).any();
+            is_near
+                && self.plain[caster as usize].as_ref().is_none_or(|plain| {
+                    // A little more than single precision rounds off.
+                    let (spread, reach) =
+                        (self.lighting.sine() as f32 + 1e-4, 2.5 * thing.radius as f32);
+                    plain.may_shade(from, towards, spread, reach)
+                })
         };
         let mut near = [0; FEW];
         let casters = self.casters(index, &mut near, may_shade);
-        if casters.is_empty() {
+        let is_deep = lie.depth.simd_gt(zero) & faces;
+        let hollow = self.plain[index].as_ref().filter(|_| is_deep.any());
+        if casters.is_empty() && hollow.is_none() {
             // All of the lamp: as many steps as there are looks at it, twice.
             let steps = faces.to_bitmask();
             let all = 2 * samples.len() as u64;
             let step = |k: u32| if steps >> k & 1 == 1 { all } else { 0 };
             return (faces & one, [step(0), step(1), step(2), step(3)]);
         }
-        let mut seen = zero;
-        for to in samples {
-            let d = Four3::of(to.cast());
-            let mut left = faces & one;
-            for &caster in casters {
-                let dark = self.darkened(caster, from, d, to, left);
-                left = left.fast_min(dark);
-                if !left.simd_gt(zero).any() {
-                    break;
-                }
+        let mut left = [faces & one; LAMPS];
+        if let Some(hollow) = hollow {
+            for (left, to) in left.iter_mut().zip(samples) {
+                let is_open = hollow.sees_out(from, Four3::of(to.cast()));
+                *left = is_deep.bitselect(*left & is_open, *left);
             }
+        }
+        for &caster in casters {
+            let is_clear = self.things[caster as usize].paint.transparent;
+            let through = if is_clear { 0.7 } else { 0.0 };
+            if let Some(plain) = &self.plain[caster as usize] {
+                plain.darken(from, through, &mut left);
+                continue;
+            }
+            for (left, to) in left.iter_mut().zip(samples) {
+                *left = left.fast_min(self.darkened(caster, from, to, *left, through));
+            }
+        }
+        let mut seen = zero;
+        for left in left {
             seen += left;
         }
         let lit = seen * f32x4::splat(1.0 / samples.len() as f32);
         (lit, (seen + seen).to_array().map(|steps| steps as u64))
     }
 
-    /// Returns how much light a thing lets through on the way to a point of the lamp, where any is `left` to be lost.
+    /// Returns how much light a thing that is not plain lets through on the way to a point of the lamp, where any is `left` to be
+    /// lost.
     fn darkened(
         &self,
         caster: u32,
         from: Four3,
-        d: Four3,
         to: &Vector3<f64>,
         left: f32x4,
+        through: f32,
     ) -> f32x4 {
-        let one = f32x4::splat(1.0);
         let thing = &self.things[caster as usize];
-        if let Some(plain) = &self.plain[caster as usize] {
-            let blocks = plain.along(from, d).leave.simd_gt(f32x4::splat(1e-6));
-            return blocks.bitselect(f32x4::splat(0.0), one);
-        }
-        let through = if thing.paint.transparent { 0.7 } else { 0.0 };
         let left = left.to_array();
         let mut passes = [1.0_f32; 4];
         for k in 0..4 {
@@ -254,7 +350,7 @@ impl Stage<'_> {
 
 impl Lighting {
     /// As [`Self::sheen`], in four directions.
-    fn sheen_four(&self, d: Four3) -> Four3 {
+    pub(super) fn sheen_four(&self, d: Four3) -> Four3 {
         let level = self.level() as f32;
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
         let is_down = d.z.simd_lt(zero);
@@ -363,8 +459,8 @@ mod tests {
             let (view, lens) = (view(), Lens::new(&camera));
             let options = Options { shadows, ..Options::default() };
             let stage = Stage::new(&view, options, lens.centre);
-            let things: Vec<u32> = (0..5).collect();
-            assert!(stage.are_plain(&things) && !stage.are_plain(&[5]));
+            let things: Vec<u32> = (0..6).collect();
+            assert!(stage.are_plain(&things));
             let candidates = Candidates { things: &things, marks: &[0] };
             let (mut n, mut apart, mut shaded) = (0, 0, 0);
             for v in (0..240).step_by(3) {
@@ -372,7 +468,7 @@ mod tests {
                     let beside = [[0.0, 1.0, 2.0, 3.0], [0.25; 4]].map(f32x4::from);
                     let (d, length) = lens.four_rays((u, v), beside);
                     let met = stage.see_four(d, &things);
-                    let four = stage.look_four(d, met, &[0]);
+                    let four = stage.look_four(d, met, &[0], 15);
                     for k in 0..4 {
                         let ray = lens.direction((u + k) as f64, v as f64 + 0.25);
                         assert!((f64::from(length.to_array()[k]) - ray.norm()).abs() < 1e-6);

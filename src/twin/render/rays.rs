@@ -1,6 +1,6 @@
 //! Four rays at once against convex solids, in single precision: where they are inside, and how the surface lies there.
 //!
-//! Closed forms as in [`super::solid`], for the solids that most of a picture is: boxes, cylinders and capsules. Hollows, glass,
+//! Closed forms as in [`super::solid`], for the solids that most of a picture is: boxes, cylinders and capsules, and vessels of them. Glass,
 //! what a lathe made and meshes are met there, ray by ray in double precision. A place is right to 1e-7 m here, a
 //! ten-thousandth of a pixel. Four numbers fit the registers that every processor of this kind has, so the picture is
 //! the same on each.
@@ -10,6 +10,8 @@ use std::ops::{Add, Mul, Sub};
 use nalgebra::{Matrix3, Vector3};
 use wide::f32x4;
 
+use super::glass::Medium;
+use super::light::Lighting;
 use super::scene::{Kind, Thing};
 use super::solid::{BOTTOM, SIDE, Solid, TOP};
 
@@ -36,6 +38,12 @@ impl Four3 {
     #[inline]
     pub(super) fn norm(self) -> f32x4 {
         self.dot(self).sqrt()
+    }
+
+    /// Returns the products of their parts.
+    #[inline]
+    pub(super) fn times(self, other: Self) -> Self {
+        Self { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
     }
 
     /// Returns them turned.
@@ -139,14 +147,28 @@ enum Form {
     Capsule { radius: f32, bottom: f32, top: f32 },
 }
 
-/// A placed solid as rays of single precision meet it.
+/// A placed solid or vessel as rays of single precision meet it.
 pub(super) struct Plain {
     form: Form,
+    hole: Option<Hole>,
+    /// Whether light goes through.
+    is_clear: bool,
     /// Local from world.
     turn: Matrix3<f32>,
     origin: Vector3<f32>,
     /// The eye in its frame.
     eye: Vector3<f32>,
+    /// Directions to the lamp in its frame.
+    lamp: Vec<Vector3<f32>>,
+}
+
+/// The hollow of a vessel.
+struct Hole {
+    form: Form,
+    /// Height of the rim.
+    rim: f32,
+    /// The water's surface, as in [`super::scene::Hollow`].
+    level: Option<(Vector3<f32>, f32)>,
 }
 
 /// From where to where lines are inside a solid; where one misses it, it enters at infinity and leaves at its negative.
@@ -156,49 +178,64 @@ pub(super) struct Spans {
     pub(super) leave: f32x4,
 }
 
-impl Plain {
-    /// Returns a thing as it is met four rays at a time; `None` when it is of another kind, or clear.
-    pub(super) fn new(thing: &Thing, eye: Vector3<f64>) -> Option<Self> {
-        let Kind::Solid(solid) = &thing.kind else { return None };
-        let form = match *solid {
+/// How a surface lies where four rays meet it.
+pub(super) struct Lie {
+    /// Outward, unit, world.
+    pub(super) normal: Four3,
+    /// As in [`super::scene::Hit`], and so the next two.
+    pub(super) faces: [u8; 4],
+    pub(super) depth: f32x4,
+    /// Which of them are under water, one bit each.
+    pub(super) wet: u32,
+}
+
+/// Nearer to each other along a ray are the outside and the hollow of a vessel only at its mouth, m: no wall is so thin.
+const MOUTH: f32 = 2e-6;
+
+impl Form {
+    fn of(solid: &Solid) -> Option<Self> {
+        Some(match *solid {
             Solid::Cuboid { centre, half } => {
-                Form::Cuboid { centre: centre.cast(), half: half.cast() }
+                Self::Cuboid { centre: centre.cast(), half: half.cast() }
             }
             Solid::Cylinder { radius, bottom, top } => {
-                Form::Cylinder { radius: radius as f32, bottom: bottom as f32, top: top as f32 }
+                Self::Cylinder { radius: radius as f32, bottom: bottom as f32, top: top as f32 }
             }
             Solid::Capsule { radius, bottom, top } => {
-                Form::Capsule { radius: radius as f32, bottom: bottom as f32, top: top as f32 }
+                Self::Capsule { radius: radius as f32, bottom: bottom as f32, top: top as f32 }
             }
             Solid::Lathe { .. } | Solid::Ellipsoid { .. } => return None,
-        };
-        if thing.paint.transparent {
-            return None;
+        })
+    }
+
+    /// As [`Solid::grown`].
+    fn grown(&self, by: f32) -> Self {
+        match *self {
+            Self::Cuboid { centre, half } => Self::Cuboid { centre, half: half.add_scalar(by) },
+            Self::Cylinder { radius, bottom, top } => {
+                Self::Cylinder { radius: radius + by, bottom: bottom - by, top: top + by }
+            }
+            Self::Capsule { radius, bottom, top } => {
+                Self::Capsule { radius: radius + by, bottom, top }
+            }
         }
-        let (eye, _) = thing.inward(eye, Vector3::z());
-        let (turn, origin) = thing.placed();
-        Some(Self { form, turn: turn.cast(), origin: origin.cast(), eye: eye.cast() })
     }
 
-    /// Returns where rays from the eye along `d` (unit, world) are inside.
     #[inline]
-    pub(super) fn seen(&self, d: Four3) -> Spans {
-        self.span(Four3::of(self.eye), d.turned(&self.turn))
+    fn span(&self, o: Four3, d: Four3) -> Spans {
+        match *self {
+            Self::Cuboid { centre, half } => cuboid(o - Four3::of(centre), d, half),
+            Self::Cylinder { radius, bottom, top } => cylinder(o, d, radius, [bottom, top]),
+            Self::Capsule { radius, bottom, top } => capsule(o, d, radius, [bottom, top]),
+        }
     }
 
-    /// Returns where rays from `o` along `d` (unit, world) are inside.
+    /// Returns the outward normals (unit) at places of the surface, and the faces.
     #[inline]
-    pub(super) fn along(&self, o: Four3, d: Four3) -> Spans {
-        self.span((o - Four3::of(self.origin)).turned(&self.turn), d.turned(&self.turn))
-    }
-
-    /// Returns the outward normals (unit, world) where rays from the eye meet it at `t`, and the faces.
-    #[inline]
-    pub(super) fn surface(&self, d: Four3, t: f32x4) -> (Four3, [u8; 4]) {
-        let at = Four3::of(self.eye) + d.turned(&self.turn) * t;
+    fn surface(&self, at: Four3) -> (Four3, f32x4) {
         let zero = f32x4::splat(0.0);
-        let (normal, faces) = match self.form {
-            Form::Cuboid { centre, half } => {
+        match *self {
+            Self::Cuboid { centre, half } => {
                 let off = at - Four3::of(centre);
                 let over = |off: f32x4, half: f32| off.abs() - f32x4::splat(half);
                 let over = [over(off.x, half.x), over(off.y, half.y), over(off.z, half.z)];
@@ -218,7 +255,7 @@ impl Plain {
                     Four3 { x: is_x & x, y: is_y & y, z: (is_x | is_y).bitselect(zero, z) };
                 (normal, face)
             }
-            Form::Cylinder { radius, bottom, top } => {
+            Self::Cylinder { radius, bottom, top } => {
                 let out = (at.x * at.x + at.y * at.y).sqrt().fast_max(f32x4::splat(1e-9));
                 let (top, bottom) = (at.z - f32x4::splat(top), f32x4::splat(bottom) - at.z);
                 let is_side = (out - f32x4::splat(radius)).simd_ge(top.fast_max(bottom));
@@ -233,22 +270,295 @@ impl Plain {
                     is_top.bitselect(f32x4::splat(f32::from(TOP)), f32x4::splat(f32::from(BOTTOM)));
                 (normal, is_side.bitselect(f32x4::splat(f32::from(SIDE)), end))
             }
-            Form::Capsule { bottom, top, .. } => {
+            Self::Capsule { bottom, top, .. } => {
                 let z = at.z.fast_max(f32x4::splat(bottom)).fast_min(f32x4::splat(top));
                 let off = Four3 { z: at.z - z, ..at };
                 (off * (f32x4::splat(1.0) / off.norm()), f32x4::splat(f32::from(SIDE)))
             }
-        };
-        (normal.turned_back(&self.turn), faces.to_array().map(|face| face as u8))
+        }
+    }
+}
+
+/// The next change of what rays are in.
+pub(super) struct Step {
+    pub(super) length: f32x4,
+    /// What changes there, as a number.
+    pub(super) changes: f32x4,
+}
+
+impl Step {
+    /// Returns what changes for one of the rays.
+    #[inline]
+    pub(super) fn change(&self, k: usize) -> Change {
+        CHANGES.get(self.changes.to_array()[k] as usize).copied().unwrap_or(Change::Never)
+    }
+}
+
+/// Where what a ray is in changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Change {
+    Enter,
+    Leave,
+    EnterHole,
+    LeaveHole,
+    Level,
+    Never,
+}
+
+/// Nearer is the surface just crossed, m.
+const NEAR: f32 = 1e-6;
+
+/// For rays through what is clear, in its own frame.
+impl Plain {
+    /// Returns the eye, and directions turned into its frame.
+    #[inline]
+    pub(super) fn inward(&self, d: Four3) -> (Four3, Four3) {
+        (Four3::of(self.eye), d.turned(&self.turn))
     }
 
+    /// Returns directions turned out of its frame.
     #[inline]
-    fn span(&self, o: Four3, d: Four3) -> Spans {
-        match self.form {
-            Form::Cuboid { centre, half } => cuboid(o - Four3::of(centre), d, half),
-            Form::Cylinder { radius, bottom, top } => cylinder(o, d, radius, [bottom, top]),
-            Form::Capsule { radius, bottom, top } => capsule(o, d, radius, [bottom, top]),
+    pub(super) fn outward(&self, d: Four3) -> Four3 {
+        d.turned_back(&self.turn)
+    }
+
+    /// Returns places of its frame in the world.
+    #[inline]
+    pub(super) fn back(&self, p: Four3) -> Four3 {
+        p.turned_back(&self.turn) + Four3::of(self.origin)
+    }
+
+    /// Returns what it is made of.
+    pub(super) fn stuff(&self) -> Medium {
+        if self.hole.is_some() { Medium::Glass } else { Medium::Water }
+    }
+
+    /// Returns where what rays from `o` along `d` are in changes next.
+    #[inline]
+    pub(super) fn step(&self, o: Four3, d: Four3) -> Step {
+        let far = f32x4::splat(f32::INFINITY);
+        let outer = self.form.span(o, d);
+        let (mut length, mut which) = (far, f32x4::splat(5.0));
+        let mut take = |t: f32x4, change: f32, is_real: f32x4| {
+            let is_next = is_real & t.simd_gt(f32x4::splat(NEAR)) & t.simd_lt(length);
+            length = is_next.bitselect(t, length);
+            which = is_next.bitselect(f32x4::splat(change), which);
+        };
+        let all = far.simd_eq(far);
+        if let Some(hole) = &self.hole {
+            let inner = hole.form.span(o, d);
+            // At the mouth outside and hollow are the same, and nothing changes.
+            let is_wall = !(inner.enter - outer.enter).simd_lt(f32x4::splat(MOUTH));
+            take(outer.enter, 0.0, is_wall);
+            take(inner.enter, 2.0, is_wall);
+            let is_wall = !(outer.leave - inner.leave).simd_lt(f32x4::splat(MOUTH));
+            take(outer.leave, 1.0, is_wall);
+            take(inner.leave, 3.0, is_wall);
+            if let Some((up, height)) = hole.level {
+                let up = Four3::of(up);
+                let t = (f32x4::splat(height) - up.dot(o)) * inverse(up.dot(d));
+                take(t, 4.0, t.simd_gt(inner.enter) & t.simd_lt(inner.leave));
+            }
+        } else {
+            take(outer.enter, 0.0, all);
+            take(outer.leave, 1.0, all);
         }
+        Step { length, changes: which }
+    }
+
+    /// Returns the normals (unit) at places where something changes, and numbers that tell its surfaces apart.
+    #[inline]
+    pub(super) fn wall(&self, change: Change, at: Four3) -> (Four3, f32x4) {
+        match (change, &self.hole) {
+            (Change::Level, Some(Hole { level: Some((up, _)), .. })) => {
+                (Four3::of(*up), f32x4::splat(32.0))
+            }
+            (Change::EnterHole | Change::LeaveHole, Some(hole)) => {
+                let (normal, faces) = hole.form.surface(at);
+                (normal, faces + f32x4::splat(16.0))
+            }
+            _ => self.form.surface(at),
+        }
+    }
+
+    /// Returns which places in its hollow are under water, one bit each.
+    #[inline]
+    pub(super) fn under(&self, at: Four3) -> u32 {
+        match &self.hole {
+            Some(Hole { level: Some((up, height)), .. }) => {
+                at.dot(Four3::of(*up)).simd_lt(f32x4::splat(*height)).to_bitmask()
+            }
+            _ => 0,
+        }
+    }
+
+    /// Returns outward normals near the edges of a box-shaped vessel as if these were ground round with radius `round`.
+    #[inline]
+    pub(super) fn rounded(&self, normal: Four3, at: Four3, round: f32) -> Option<Four3> {
+        let Form::Cuboid { centre, half } = self.form else { return None };
+        self.hole.as_ref()?;
+        let off = at - Four3::of(centre);
+        let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
+        let axis = |normal: f32x4, off: f32x4, half: f32| {
+            let left = f32x4::splat(half) - off.abs();
+            let is_near =
+                normal.abs().simd_lt(f32x4::splat(0.5)) & left.simd_lt(f32x4::splat(round));
+            let part = one - left.fast_max(zero) * f32x4::splat(1.0 / round);
+            is_near & off.simd_lt(zero).bitselect(-part, part)
+        };
+        let add = Four3 {
+            x: axis(normal.x, off.x, half.x),
+            y: axis(normal.y, off.y, half.y),
+            z: axis(normal.z, off.z, half.z),
+        };
+        let soft = normal + add;
+        Some(soft * (one / soft.norm()))
+    }
+}
+
+/// Changes by their number.
+const CHANGES: [Change; 6] = [
+    Change::Enter,
+    Change::Leave,
+    Change::EnterHole,
+    Change::LeaveHole,
+    Change::Level,
+    Change::Never,
+];
+
+impl Plain {
+    /// Returns a thing as it is met four rays at a time; `None` when it is of another kind, or the eye is in it.
+    pub(super) fn new(thing: &Thing, eye: Vector3<f64>, lighting: &Lighting) -> Option<Self> {
+        let (form, hole) = match &thing.kind {
+            Kind::Solid(solid) => (Form::of(solid)?, None),
+            Kind::Vessel(hollow) if !thing.holds(eye) => {
+                let level = hollow.level.map(|(up, height)| (up.cast(), height as f32));
+                let form = Form::of(&hollow.cavity)?;
+                (Form::of(&hollow.outer)?, Some(Hole { form, rim: hollow.rim as f32, level }))
+            }
+            Kind::Vessel(_) | Kind::Triangle { .. } | Kind::Mesh(_) => return None,
+        };
+        let (eye, _) = thing.inward(eye, Vector3::z());
+        let (turn, origin) = thing.placed();
+        let lamp = lighting.samples().iter().map(|to| (turn * to).cast()).collect();
+        let (turn, origin, eye) = (turn.cast(), origin.cast(), eye.cast());
+        Some(Self { form, hole, is_clear: thing.paint.transparent, turn, origin, eye, lamp })
+    }
+
+    /// Returns whether light goes through it.
+    pub(super) fn is_clear(&self) -> bool {
+        self.is_clear
+    }
+
+    /// Returns where rays from the eye along `d` (unit, world) enter its hull; infinite where they do not.
+    #[inline]
+    pub(super) fn entered(&self, d: Four3) -> f32x4 {
+        self.form.span(Four3::of(self.eye), d.turned(&self.turn)).enter
+    }
+
+    /// Returns where rays from the eye along `d` (unit, world) meet it first, taking it as opaque; infinite where they do not.
+    #[inline]
+    pub(super) fn seen(&self, d: Four3) -> f32x4 {
+        let (o, d) = (Four3::of(self.eye), d.turned(&self.turn));
+        let outer = self.form.span(o, d);
+        let Some(hole) = &self.hole else { return outer.enter };
+        if !outer.enter.simd_lt(f32x4::splat(f32::INFINITY)).any() {
+            return outer.enter;
+        }
+        let inner = hole.form.span(o, d);
+        let by_mouth = (inner.enter - outer.enter).simd_lt(f32x4::splat(MOUTH));
+        by_mouth.bitselect(inner.leave, outer.enter)
+    }
+
+    /// Returns which rays from `o` along `d` (unit, world) it stands in the way of.
+    #[inline]
+    pub(super) fn blocks(&self, o: Four3, d: Four3) -> f32x4 {
+        self.is_between(self.placed(o), d.turned(&self.turn))
+    }
+
+    /// Returns places of the world in its frame.
+    #[inline]
+    fn placed(&self, o: Four3) -> Four3 {
+        (o - Four3::of(self.origin)).turned(&self.turn)
+    }
+
+    /// Returns whether it may stand between the places `o` and a part of the lamp, `towards` its middle (unit, world), which is seen
+    /// from them under half an angle of which `spread` is the sine.
+    #[inline]
+    pub(super) fn may_shade(&self, o: Four3, towards: Four3, spread: f32, reach: f32) -> bool {
+        let (o, d) = (self.placed(o), towards.turned(&self.turn));
+        let far2 = o.dot(o).to_array();
+        let far = far2[0].max(far2[1]).max(far2[2].max(far2[3])).sqrt() + reach;
+        let span = self.form.grown(spread * far).span(o, d);
+        span.leave.simd_gt(f32x4::splat(0.0)).any()
+    }
+
+    /// Takes from `left` what it lets through no more than `through` of, for each of the directions to the lamp.
+    #[inline]
+    pub(super) fn darken(&self, from: Four3, through: f32, left: &mut [f32x4]) {
+        let from = self.placed(from);
+        for (left, to) in left.iter_mut().zip(&self.lamp) {
+            let dark = self.is_between(from, Four3::of(*to));
+            *left = left.fast_min(dark.bitselect(f32x4::splat(through), f32x4::splat(1.0)));
+        }
+    }
+
+    /// As [`Self::blocks`], in its frame.
+    #[inline]
+    fn is_between(&self, o: Four3, d: Four3) -> f32x4 {
+        let outer = self.form.span(o, d);
+        let least = f32x4::splat(1e-6);
+        let is_ahead = outer.leave.simd_gt(least);
+        let Some(hole) = &self.hole else { return is_ahead };
+        if !is_ahead.any() {
+            return is_ahead;
+        }
+        let inner = hole.form.span(o, d);
+        // From between the walls, or in by the mouth: what is not left by the mouth again is blocked.
+        let by_mouth = (inner.enter - outer.enter).simd_lt(f32x4::splat(MOUTH));
+        let is_open = inner.leave.simd_gt(least) & (inner.enter.simd_le(least) | by_mouth);
+        let is_out = (outer.leave - inner.leave).simd_lt(f32x4::splat(MOUTH));
+        is_ahead & !(is_open & is_out)
+    }
+
+    /// Returns which of the places `o` in the hollow of a vessel see out by its mouth along `d` (unit, world).
+    #[inline]
+    pub(super) fn sees_out(&self, o: Four3, d: Four3) -> f32x4 {
+        let Some(hole) = &self.hole else { return f32x4::splat(0.0) };
+        let (o, d) = ((o - Four3::of(self.origin)).turned(&self.turn), d.turned(&self.turn));
+        let leave = hole.form.span(o, d).leave;
+        (o.z + leave * d.z).simd_gt(f32x4::splat(hole.rim - 1e-5))
+    }
+
+    /// Returns how the surface lies where rays from the eye meet it at `t`.
+    #[inline]
+    pub(super) fn surface(&self, d: Four3, t: f32x4) -> Lie {
+        let (o, d) = (Four3::of(self.eye), d.turned(&self.turn));
+        let at = o + d * t;
+        let (mut normal, mut faces) = self.form.surface(at);
+        let (mut depth, mut wet) = (f32x4::splat(0.0), 0);
+        if let Some(hole) = &self.hole {
+            let is_in = (t - self.form.span(o, d).enter).simd_gt(f32x4::splat(MOUTH / 2.0));
+            if is_in.any() {
+                let (inward, inner) = hole.form.surface(at);
+                normal = Four3 {
+                    x: is_in.bitselect(-inward.x, normal.x),
+                    y: is_in.bitselect(-inward.y, normal.y),
+                    z: is_in.bitselect(-inward.z, normal.z),
+                };
+                faces = is_in.bitselect(inner + f32x4::splat(8.0), faces);
+                let zero = f32x4::splat(0.0);
+                let above = at.z.fast_max(zero) * f32x4::splat(1.0 / hole.rim);
+                depth = is_in & (f32x4::splat(1.0) - above);
+                if let Some((up, height)) = hole.level {
+                    let is_under = at.dot(Four3::of(up)).simd_lt(f32x4::splat(height));
+                    wet = (is_in & is_under).to_bitmask();
+                }
+            }
+        }
+        let faces = faces.to_array();
+        let faces = [faces[0] as u8, faces[1] as u8, faces[2] as u8, faces[3] as u8];
+        Lie { normal: normal.turned_back(&self.turn), faces, depth, wet }
     }
 }
 

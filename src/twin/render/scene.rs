@@ -282,12 +282,27 @@ impl Thing {
             (low..high.min(cells.end)).for_each(told);
             return;
         }
+        let mut cells = cells;
+        if let Kind::Vessel(hollow) = &self.kind
+            && let Some(row) = cast::Row::new(lo, stride, ld)
+            && let Some((low, high)) = row.through(&hollow.outer)
+        {
+            // A cell more on either side, for rounding.
+            cells.start = cells.start.max((low - 1.0).clamp(0.0, 1e9) as usize);
+            cells.end = cells.end.min((high + 2.0).clamp(0.0, 1e9) as usize);
+        }
         for k in cells {
-            let blocks = if let Kind::Solid(solid) = &self.kind {
-                solid.span(lo + stride * k as f64, ld).is_some_and(|span| span.leave > 1e-6)
-            } else {
-                let o = from + step * k as f64;
-                self.near(o, d, f64::INFINITY) && self.blocks(o, d)
+            let at = lo + stride * k as f64;
+            let blocks = match &self.kind {
+                Kind::Solid(solid) => solid.span(at, ld).is_some_and(|span| span.leave > 1e-6),
+                // On the way up nothing comes in by the mouth: from beside it the outside is met, or nothing.
+                Kind::Vessel(hollow) if ld.z > 0.0 && !hollow.outer.holds(at) => {
+                    hollow.outer.span(at, ld).is_some_and(|span| span.enter > 1e-6)
+                }
+                _ => {
+                    let o = from + step * k as f64;
+                    self.near(o, d, f64::INFINITY) && self.blocks(o, d)
+                }
             };
             if blocks {
                 told(k);

@@ -22,6 +22,8 @@ pub(super) struct Shade {
     cells: Vec<[f32; 4]>,
     /// The table's light there but for its grain: red, green, blue, and the part of the lamp's mirror image.
     table: Vec<[f32; 4]>,
+    /// How far each cell of that is from what its neighbours on either side let expect: the greatest of its colours.
+    bends: Vec<f32>,
 }
 
 impl Shade {
@@ -66,7 +68,8 @@ impl Shade {
                 }
             });
         }
-        let mut shade = Self { low, cell, columns, rows, cells, table: Vec::new() };
+        let mut shade =
+            Self { low, cell, columns, rows, cells, table: Vec::new(), bends: Vec::new() };
         shade.uncover(things);
         shade.soften();
         for k in 0..shade.cells.len() {
@@ -155,6 +158,41 @@ impl Shade {
     /// Works out what of the table's light does not depend on the place's grain: `light` makes it of a cell's values.
     pub(super) fn light_table(&mut self, light: impl Fn([f32; 4]) -> [f32; 4]) {
         self.table = self.cells.iter().map(|cell| light(*cell)).collect();
+        self.bends = vec![0.0; self.cells.len()];
+        let at = |k: usize| f32x4::from(self.table[k]);
+        for row in 1..self.rows - 1 {
+            for k in row * self.columns + 1..(row + 1) * self.columns - 1 {
+                let here = at(k);
+                let (left, right) = (at(k - 1), at(k + 1));
+                let (above, below) = (at(k - self.columns), at(k + self.columns));
+                let across = left + right - here - here;
+                let down = above + below - here - here;
+                let turned = here - left - above + at(k - self.columns - 1);
+                let most = across.abs().fast_max(down.abs()).fast_max(turned.abs()).to_array();
+                self.bends[k] = most[0].max(most[1]).max(most[2].max(most[3]));
+            }
+        }
+    }
+
+    /// Returns how far the table's light between two places (least and greatest x and y) may be from what is between evenly spaced
+    /// places `n` of which lie side by side there.
+    pub(super) fn unevenness(&self, low: [f64; 2], high: [f64; 2], n: f32) -> f32 {
+        let cells = |k: usize, n: usize| {
+            let cell = |at: f64| (at - self.low[k]) / self.cell + 0.5;
+            let from = (cell(low[k]).max(0.0) as usize).min(n - 1);
+            from..((cell(high[k]).max(0.0) as usize) + 2).min(n)
+        };
+        let mut most = 0.0_f32;
+        let columns = cells(0, self.columns);
+        for row in cells(1, self.rows) {
+            for bend in &self.bends[row * self.columns..][columns.clone()] {
+                most = most.max(*bend);
+            }
+        }
+        let widest = (high[0] - low[0]).max(high[1] - low[1]);
+        let apart = (widest / self.cell) as f32 / n;
+        // Of a kink midway, and of kinks at every cell.
+        most * apart * (0.25 + 0.125 * apart)
     }
 
     /// Returns what [`Self::light_table`] made, at four places.

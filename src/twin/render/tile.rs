@@ -59,6 +59,12 @@ impl Tile {
         !self.parts.is_empty()
     }
 
+    /// Returns whether there is a part of it in which only the table can be met.
+    pub(super) fn shows_table(&self) -> bool {
+        self.content == Content::Table
+            || self.parts.iter().any(|part| part.content == Content::Table)
+    }
+
     /// Returns what can be met anywhere in it.
     pub(super) fn candidates(&self) -> Candidates<'_> {
         Candidates { things: &self.things[..self.n_things], marks: &self.marks }

@@ -90,7 +90,7 @@ impl<'a> Stage<'a> {
         let things = scene::things(view);
         let lighting = Lighting::new(view, &things, options, eye);
         let casters = (0..things.len()).map(|k| lighting.casters(&things, k)).collect();
-        let plain = things.iter().map(|thing| Plain::new(thing, eye)).collect();
+        let plain = things.iter().map(|thing| Plain::new(thing, eye, &lighting)).collect();
         let (table, balls) = (view.table, Balls::new(&things));
         Self { things, lighting, marks: &view.marks, table, plain, balls, eye, casters }
     }

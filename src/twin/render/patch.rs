@@ -1,0 +1,236 @@
+//! The table's top in a square of the picture, from a few of its places.
+//!
+//! Where the rays of a square meet the table changes smoothly from pixel to pixel: a quadratic through nine of them is right to a
+//! hundredth of a pixel, and where it is not the square is drawn in another way. Light between the grain is asked at
+//! the corners of parts of the square where it changes evenly between them, else at each pixel. The grain is asked at
+//! each pixel always.
+
+use nalgebra::Vector3;
+use wide::f32x4;
+
+use super::BRIGHTEST;
+use super::lens::Lens;
+use super::light::{Fold, Lighting};
+use super::tile::{PART, TILE};
+use crate::world::Table;
+
+/// How far apart the places are through which the quadratic goes, px.
+const APART: f32 = (TILE / 2) as f32;
+
+/// Parts of a square beside each other, and corners of them.
+const PARTS: usize = TILE / PART;
+const CORNERS: usize = PARTS + 1;
+
+/// How far light between corners may be from what it is there, as linear light: a third of a step of a byte.
+const EVEN: f32 = 0.002;
+
+/// A square of the picture in which every ray meets the table's top.
+pub(super) struct Patch<'l> {
+    lighting: &'l Lighting,
+    /// Places (x and y, m): what stands before each power of the pixel's column, for each power of its row.
+    places: [[f32x4; 3]; 2],
+    /// How places are turned to places of the grain, where the square does not reach over a fold of it.
+    fold: Option<Fold>,
+    /// The table's light but for its grain at the corners of its parts, row by row, if it is even between them.
+    corners: Option<[f32x4; CORNERS * CORNERS]>,
+    /// The depth along camera z as what stands before x, y and 1.
+    depth: [f32; 3],
+}
+
+/// A row of a square.
+pub(super) struct Row<'p> {
+    patch: &'p Patch<'p>,
+    x: [f32; 3],
+    y: [f32; 3],
+    /// Corners above, and how far down from them to the next.
+    part: usize,
+    down: f32,
+}
+
+/// Four pixels beside each other.
+pub(super) struct Quad {
+    pub(super) x: f32x4,
+    pub(super) y: f32x4,
+}
+
+impl<'l> Patch<'l> {
+    /// Returns the square at `(u, v)` px; `None` where a ray of it may miss the table's top, or see so flat that it is not smooth.
+    pub(super) fn new(
+        lighting: &'l Lighting,
+        lens: &Lens,
+        table: &Table,
+        (u, v): (usize, usize),
+    ) -> Option<Self> {
+        let o = lens.centre;
+        if o.z < 1e-3 {
+            return None;
+        }
+        let meet = |s: f32, t: f32| {
+            let d = lens.direction(u as f64 + f64::from(s), v as f64 + f64::from(t));
+            let far = -o.z / d.z;
+            (d.z < -1e-3).then(|| [o.x + d.x * far, o.y + d.y * far])
+        };
+        let mut met = [[[0.0_f64; 2]; 3]; 3];
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for (b, row) in met.iter_mut().enumerate() {
+            for (a, met) in row.iter_mut().enumerate() {
+                *met = meet(a as f32 * APART, b as f32 * APART)?;
+                for k in 0..2 {
+                    (low[k], high[k]) = (low[k].min(met[k]), high[k].max(met[k]));
+                }
+            }
+        }
+        // A quadratic reaches beyond what it goes through by an eighth at most.
+        for k in 0..2 {
+            let over = (high[k] - low[k]) / 8.0;
+            (low[k], high[k]) = (low[k] - over, high[k] + over);
+        }
+        if !table.holds(low[0], low[1], 1e-6) || !table.holds(high[0], high[1], 1e-6) {
+            return None;
+        }
+        let places = [0, 1].map(|k| quadratic(&met, k));
+        let scale = (high[0] - low[0]).max(high[1] - low[1]) as f32 / TILE as f32;
+        for s in [0.5, 1.5] {
+            let (s, t) = (s * APART, 0.5 * APART);
+            let there = meet(s, t)?;
+            for k in 0..2 {
+                let [x0, x1, x2] = powers(&places[k], t);
+                if (x0 + s * (x1 + s * x2) - there[k] as f32).abs() > 0.01 * scale {
+                    return None;
+                }
+            }
+        }
+        let z = lens.world_from_camera().column(2).into_owned();
+        let depth = Vector3::new(z.x, z.y, -z.dot(&o)).cast().into();
+        let fold = lighting.on_table.fold(low, high);
+        let even = lighting.shade.unevenness(low, high, PARTS as f32) < EVEN;
+        let mut patch = Self { lighting, places, fold, corners: None, depth };
+        if even {
+            patch.corners = Some(patch.light_corners());
+        }
+        Some(patch)
+    }
+
+    fn light_corners(&self) -> [f32x4; CORNERS * CORNERS] {
+        let mut corners = [f32x4::splat(0.0); CORNERS * CORNERS];
+        let mut first = 0;
+        while first < corners.len() {
+            let (mut x, mut y) = ([0.0; 4], [0.0; 4]);
+            for k in 0..4 {
+                let at = (first + k).min(corners.len() - 1);
+                let s = (at % CORNERS * PART) as f32;
+                let t = (at / CORNERS * PART) as f32;
+                let [a, b, c] = powers(&self.places[0], t);
+                x[k] = a + s * (b + s * c);
+                let [a, b, c] = powers(&self.places[1], t);
+                y[k] = a + s * (b + s * c);
+            }
+            let four = self.lighting.shade.four(f32x4::from(x), f32x4::from(y));
+            let n = (corners.len() - first).min(4);
+            corners[first..first + n].copy_from_slice(&four[..n]);
+            first += 4;
+        }
+        corners
+    }
+
+    /// Returns the row `t` px below the square's first.
+    #[inline]
+    pub(super) fn row(&self, t: usize) -> Row<'_> {
+        let (part, down) = (t / PART, (t % PART) as f32 / PART as f32);
+        let t = t as f32;
+        Row {
+            patch: self,
+            x: powers(&self.places[0], t),
+            y: powers(&self.places[1], t),
+            part,
+            down,
+        }
+    }
+}
+
+impl Row<'_> {
+    /// Returns where the pixels of part `part` of the row see the table.
+    #[inline]
+    pub(super) fn quad(&self, part: usize) -> Quad {
+        let s = f32x4::splat((part * PART) as f32) + f32x4::from([0.0, 1.0, 2.0, 3.0]);
+        let place =
+            |[a, b, c]: [f32; 3]| (f32x4::splat(c) * s + f32x4::splat(b)) * s + f32x4::splat(a);
+        Quad { x: place(self.x), y: place(self.y) }
+    }
+
+    /// Returns the light of the pixels of part `part`: red, green, blue and something.
+    ///
+    /// Written out as what it asks is: a closure over an array is a call in a build without all optimisation.
+    #[inline]
+    pub(super) fn light(&self, part: usize, quad: &Quad) -> [[f32; 4]; 4] {
+        let Patch { lighting, fold, corners, .. } = self.patch;
+        let on_table = &lighting.on_table;
+        let wood = match fold {
+            Some(fold) => on_table.grains_in(fold, quad.x, quad.y),
+            None => on_table.grains(quad.x, quad.y),
+        };
+        let wood = wood.to_array();
+        let plain = match corners {
+            Some(corners) => {
+                let at = self.part * CORNERS + part;
+                let down = f32x4::splat(self.down);
+                let between = |at: usize| {
+                    let (above, below) = (corners[at], corners[at + CORNERS]);
+                    above + (below - above) * down
+                };
+                let left = between(at);
+                let step = (between(at + 1) - left) * f32x4::splat(1.0 / PART as f32);
+                let second = left + step;
+                let third = second + step;
+                [left, second, third, third + step]
+            }
+            None => lighting.shade.four(quad.x, quad.y),
+        };
+        let gloss = &on_table.gloss;
+        let gloss = f32x4::from([gloss.x, gloss.y, gloss.z, 0.0]);
+        let mut lights = [[0.0; 4]; 4];
+        for k in 0..4 {
+            let mirrored = gloss * f32x4::splat(plain[k].to_array()[3]);
+            lights[k] = (plain[k] * f32x4::splat(wood[k]) + mirrored)
+                .fast_max(f32x4::splat(0.0))
+                .fast_min(f32x4::splat(BRIGHTEST))
+                .to_array();
+        }
+        lights
+    }
+
+    /// Returns how deep the places are along camera z, m.
+    #[inline]
+    pub(super) fn depth(&self, quad: &Quad) -> [f32; 4] {
+        let [x, y, one] = self.patch.depth.map(f32x4::splat);
+        (quad.x * x + quad.y * y + one).to_array()
+    }
+}
+
+/// Returns what stands before each power of the column for each power of the row, so that the quadratic goes through nine places.
+fn quadratic(met: &[[[f64; 2]; 3]; 3], axis: usize) -> [f32x4; 3] {
+    let apart = f64::from(APART);
+    // Along a line: the value, and what stands before the first and the second power.
+    let along = |[a, b, c]: [f64; 3]| {
+        let (first, second) = ((c - a) / (2.0 * apart), (c - 2.0 * b + a) / (2.0 * apart * apart));
+        [a, first - second * 2.0 * apart, second]
+    };
+    let rows = [0, 1, 2]
+        .map(|row: usize| along([met[row][0][axis], met[row][1][axis], met[row][2][axis]]));
+    let mut powers = [[0.0_f32; 4]; 3];
+    for column in 0..3 {
+        let down = along([rows[0][column], rows[1][column], rows[2][column]]);
+        for (power, down) in powers.iter_mut().zip(down) {
+            power[column] = down as f32;
+        }
+    }
+    powers.map(f32x4::from)
+}
+
+/// Returns what stands before the powers of the column in row `t`.
+#[inline]
+fn powers(place: &[f32x4; 3], t: f32) -> [f32; 3] {
+    let t = f32x4::splat(t);
+    let [a, b, c, _] = ((place[2] * t + place[1]) * t + place[0]).to_array();
+    [a, b, c]
+}
