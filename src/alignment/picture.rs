@@ -161,6 +161,14 @@ impl Level {
             normal.x * normal.x * xx + 2.0 * normal.x * normal.y * xy + normal.y * normal.y * yy;
         along.max(0.0) / ((xx + yy).sqrt() + 1e-6)
     }
+
+    /// Returns how strong the edge through a pixel of this level is, whichever way it runs, CIELAB/px of this level, and the
+    /// angle of its normal, rad, between -π/2 and π/2.
+    pub(super) fn strongest(&self, x: usize, y: usize) -> (f64, f64) {
+        let [xx, xy, yy] = self.tensor[y * self.width + x].map(f64::from);
+        let apart = (xx - yy).hypot(2.0 * xy);
+        ((0.5 * (xx + yy + apart)).max(0.0).sqrt(), 0.5 * (2.0 * xy).atan2(xx - yy))
+    }
 }
 
 /// Pixels of the picture to one of its quarter size.
@@ -219,10 +227,7 @@ impl Picture {
         });
         let noise = noise_of(&raw[0]);
         let lab = raw.map(|plane| plane.blurred(0.8));
-        let half = each([0, 1, 2], |c: usize| lab[c].halved());
-        let small = each([0, 1, 2], |c: usize| half[c].halved());
-        let levels = [(&lab, 1.0, 0.7), (&half, 2.0, 0.8), (&small, QUARTER, 1.2)]
-            .map(|(planes, scale, spread)| Level::new(planes, scale, spread));
+        let (small, levels) = scaled(&lab);
         let light = each([0, 1, 2], |c: usize| light_halved(image, c, &lut).halved());
         let mut chromaticity = [
             Plane::zeros(small[0].width, small[0].height),
@@ -238,10 +243,28 @@ impl Picture {
         Self { lab, small, chromaticity, levels, noise, is_grey }
     }
 
+    /// The same picture at a quarter of its size, its noise that of sixteen pixels' mean.
+    pub(super) fn quartered(&self) -> Self {
+        let lab = self.small.clone();
+        let (small, levels) = scaled(&lab);
+        let chromaticity = [0, 1].map(|c: usize| self.chromaticity[c].halved().halved());
+        let (noise, is_grey) = (self.noise / QUARTER, self.is_grey);
+        Self { lab, small, chromaticity, levels, noise, is_grey }
+    }
+
     /// Width and height, px.
     pub fn size(&self) -> (usize, usize) {
         (self.lab[0].width, self.lab[0].height)
     }
+}
+
+/// Returns planes at a quarter of their size, and the edges at full, half and a quarter of it.
+fn scaled(lab: &[Plane; 3]) -> ([Plane; 3], [Level; 3]) {
+    let half = each([0, 1, 2], |c: usize| lab[c].halved());
+    let small = each([0, 1, 2], |c: usize| half[c].halved());
+    let levels = [(lab, 1.0, 0.7), (&half, 2.0, 0.8), (&small, QUARTER, 1.2)]
+        .map(|(planes, scale, spread)| Level::new(planes, scale, spread));
+    (small, levels)
 }
 
 /// Returns one channel's linear light at half the size, each pixel the mean of four.

@@ -14,6 +14,7 @@ mod palette;
 mod prompt;
 mod referee;
 mod snap;
+mod strokes;
 
 use image::{GrayImage, Luma, imageops};
 use imageproc::distance_transform::Norm;

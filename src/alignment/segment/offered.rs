@@ -5,15 +5,11 @@
 
 use image::GrayImage;
 
-use super::everything::{TOLD, apart};
+use super::everything::{TOLD, apart, roomy};
 use super::prompt::{By, Prompt, Segment, extent};
 use super::referee::{self, Judged};
 use super::snap::snapped;
 use crate::alignment::picture::Picture;
-
-/// How much larger than a mask the box is that it is judged in where nobody gave one, as a share of its sides on each side: as one
-/// that is drawn by hand.
-const ROOM: f64 = 0.15;
 
 /// Judges a mask of somebody else's; `score` is what its maker thinks of it. `None` of an empty one, and of one without an outline.
 pub fn offered(
@@ -24,12 +20,12 @@ pub fn offered(
 ) -> Option<Segment> {
     let bounds = match prompt {
         Some(Prompt::Box(bounds)) => *bounds,
-        _ => roomy(picture, mask)?,
+        _ => around(picture, mask)?,
     };
     let is_own = !matches!(prompt, Some(Prompt::Box(_)));
     let judged = |mask: GrayImage| {
         let Judged { total, edge, is_smooth, contour } =
-            referee::judge(picture, &mask, bounds, is_own)?;
+            referee::judge(picture, &mask, bounds, is_own, referee::ACROSS_PX)?;
         Some(Segment {
             mask,
             contour,
@@ -59,8 +55,10 @@ pub(in crate::alignment) fn inside(mask: &GrayImage) -> GrayImage {
 
 /// How much a mask is that of a whole thing, 0 to 1, in a box around it; 0 of one that is none.
 pub(in crate::alignment) fn agreement(picture: &Picture, mask: &GrayImage) -> f64 {
-    let bounds = roomy(picture, mask);
-    bounds.and_then(|b| referee::judge(picture, mask, b, true)).map_or(0.0, |judged| judged.total)
+    let bounds = around(picture, mask);
+    bounds
+        .and_then(|b| referee::judge(picture, mask, b, true, referee::ACROSS_PX))
+        .map_or(0.0, |judged| judged.total)
 }
 
 /// Chooses between cuts of one thing, or keeps of many those that do not overlap, the best of each.
@@ -77,9 +75,6 @@ fn better(one: Segment, other: Segment) -> Segment {
 }
 
 /// The box of a mask with some room, px.
-fn roomy(picture: &Picture, mask: &GrayImage) -> Option<[f64; 4]> {
-    let ([u0, v0, u1, v1], _) = extent(mask)?;
-    let (w, h) = (picture.size().0 as f64, picture.size().1 as f64);
-    let (du, dv) = (ROOM * (u1 - u0 + 1.0), ROOM * (v1 - v0 + 1.0));
-    Some([(u0 - du).max(0.0), (v0 - dv).max(0.0), (u1 + du).min(w - 1.0), (v1 + dv).min(h - 1.0)])
+fn around(picture: &Picture, mask: &GrayImage) -> Option<[f64; 4]> {
+    extent(mask).map(|(held, _)| roomy(picture, held))
 }

@@ -83,6 +83,12 @@ pub fn extent(mask: &GrayImage) -> Option<([f64; 4], usize)> {
 /// Cells of the grid along the longer side of the box. Chosen: a bottle's neck is some five of them; with half as many
 /// it is lost, with twice as many a cut takes ten times as long.
 const CELLS: f64 = 80.0;
+/// As [`CELLS`], at a glance. Chosen: a third takes a tenth of the time, and a bottle's neck is still two of them.
+const GLANCE: f64 = 28.0;
+/// Prices and expectations that are tried at a glance: those in the middle, and a firmer one for faint things.
+const GLANCES: [(f64, f64); 3] = [(10.0, 1.5), (25.0, 1.5), (10.0, 4.0)];
+/// How far across a border its edge is looked for at a glance, px of the small picture.
+const BESIDE_PX: i32 = 1;
 /// How far around the box colours of what is not the thing are learnt, as a share of its sides. Chosen: as much area again
 /// as the box has, so that both palettes are learnt from as many cells; with half of it a shadow is most of it, with twice
 /// as much the neighbours' colours are.
@@ -151,6 +157,28 @@ pub fn segment(picture: &Picture, prompt: &Prompt) -> Option<Segment> {
             vec![Place { bounds, on: None, rough: Some(mask) }]
         }
     };
+    let is_own = matches!(prompt, Prompt::Point(_));
+    let best = best_of(picture, boxes, is_own)?;
+    let (mask, bounds) = (snapped(picture, best.mask), best.bounds);
+    let judged = referee::judge(picture, &mask, bounds, is_own, referee::ACROSS_PX)?;
+    Some(Segment::of(judged, mask, bounds))
+}
+
+/// What seems to be in a box of a picture of a quarter of the size: few cuts on a coarse grid, edges looked for only beside
+/// the border, since further off there is always one.
+pub(super) fn glance(picture: &Picture, bounds: [f64; 4]) -> Option<Segment> {
+    let best = GLANCES.into_iter().filter_map(|(border, expected)| {
+        let at = Place { bounds, on: None, rough: None };
+        let mask = Grid::new(picture, at, GLANCE)?.cut(border, expected)?;
+        let judged = referee::judge(picture, &mask, bounds, false, BESIDE_PX)?;
+        Some(Segment::of(judged, mask, bounds))
+    });
+    best.max_by(|a, b| a.agreement.total_cmp(&b.agreement))
+}
+
+/// The cut of several boxes, prices and expectations that the referee likes best.
+fn best_of(picture: &Picture, boxes: Vec<Place>, is_own: bool) -> Option<Segment> {
+    let (w, h) = (picture.size().0 as f64, picture.size().1 as f64);
     let tried: Vec<(Place, f64, f64)> = boxes
         .into_iter()
         .map(|mut place| {
@@ -165,19 +193,15 @@ pub fn segment(picture: &Picture, prompt: &Prompt) -> Option<Segment> {
             })
         })
         .collect();
-    let is_own = matches!(prompt, Prompt::Point(_));
-    let best = tried
+    tried
         .into_par_iter()
         .filter_map(|(place, border, expected)| {
             let bounds = place.bounds;
-            let mask = Grid::new(picture, place)?.cut(border, expected)?;
-            let judged = referee::judge(picture, &mask, bounds, is_own)?;
+            let mask = Grid::new(picture, place, CELLS)?.cut(border, expected)?;
+            let judged = referee::judge(picture, &mask, bounds, is_own, referee::ACROSS_PX)?;
             Some(Segment::of(judged, mask, bounds))
         })
-        .max_by(|a, b| a.agreement.total_cmp(&b.agreement))?;
-    let (mask, bounds) = (snapped(picture, best.mask), best.bounds);
-    let judged = referee::judge(picture, &mask, bounds, is_own)?;
-    Some(Segment::of(judged, mask, bounds))
+        .max_by(|a, b| a.agreement.total_cmp(&b.agreement))
 }
 
 impl Segment {
@@ -199,14 +223,14 @@ struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    fn new(picture: &'a Picture, at: Place<'a>) -> Option<Self> {
+    fn new(picture: &'a Picture, at: Place<'a>, cells: f64) -> Option<Self> {
         let (w, h) = picture.size();
         let bounds = at.bounds;
         let (bw, bh) = (bounds[2] - bounds[0], bounds[3] - bounds[1]);
         if bw < LEAST_SIDE || bh < LEAST_SIDE {
             return None;
         }
-        let side = (bw.max(bh) / CELLS).ceil().max(1.0) as usize;
+        let side = (bw.max(bh) / cells).ceil().max(1.0) as usize;
         let low = |at: f64, by: f64| (at - AROUND * by).max(0.0) as usize / side;
         let high = |at: f64, by: f64, end: usize| {
             ((at + AROUND * by).min(end as f64 - 1.0).max(0.0) as usize / side)

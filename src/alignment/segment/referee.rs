@@ -14,7 +14,7 @@ const FULL_EDGE: f64 = 1.5;
 /// That gradient in units of the picture's noise at least: as for the smaller pictures of [`crate::alignment::placement`].
 const NOISE_EDGE: f64 = 0.5;
 /// How far across the outline its edge is looked for, px: a mask is smoothed by 2 px, and its border lies between pixels.
-const ACROSS_PX: i32 = 3;
+pub(super) const ACROSS_PX: i32 = 3;
 /// Points of the border to each side that give its direction: as far as [`ACROSS_PX`], so that a step of pixels is no turn.
 const ALONG: usize = 3;
 /// Smoothing of the border along itself, px: the stairs of pixels, as in [`Smoothness`].
@@ -39,18 +39,20 @@ pub(super) struct Judged {
     pub(super) contour: Vec<[f64; 2]>,
 }
 
-/// Judges a mask in a box `[u0, v0, u1, v1]`, px; `is_own` when nobody gave that box.
+/// Judges a mask in a box `[u0, v0, u1, v1]`, px; `is_own` when nobody gave that box. Its edges
+/// are looked for so many px across.
 pub(super) fn judge(
     picture: &Picture,
     mask: &GrayImage,
     bounds: [f64; 4],
     is_own: bool,
+    across: i32,
 ) -> Option<Judged> {
     let outer = Border::of(mask)?;
     let border = outer.smooth(SMOOTH_PX);
     let n = border.len();
     let [u0, v0, u1, v1] = bounds;
-    let edge = along(picture, &border);
+    let edge = along(picture, &border, across);
     let (w, h) = (f64::from(mask.width()), f64::from(mask.height()));
     let room = (TOUCH.0 * (u1 - u0).min(v1 - v0)).max(TOUCH.1);
     // A thing may go on beyond the picture, not beyond its box.
@@ -72,7 +74,7 @@ pub(super) fn judge(
 }
 
 /// The mean over the border of the strongest edge that runs along it there, 0 to 1.
-fn along(picture: &Picture, border: &[Vector2<f64>]) -> f64 {
+fn along(picture: &Picture, border: &[Vector2<f64>], across: i32) -> f64 {
     let n = border.len();
     let level = &picture.levels[0];
     let full = FULL_EDGE.max(picture.noise * NOISE_EDGE);
@@ -81,7 +83,7 @@ fn along(picture: &Picture, border: &[Vector2<f64>]) -> f64 {
         let step = border[(i + ALONG) % n] - border[(i + n - ALONG) % n];
         let Some(step) = step.try_normalize(1e-9) else { continue };
         let normal = Vector2::new(step.y, -step.x);
-        let strongest = (-ACROSS_PX..=ACROSS_PX)
+        let strongest = (-across..=across)
             .map(|k| p + f64::from(k) * normal)
             .map(|at| level.edge(at.x, at.y, normal))
             .fold(0.0, f64::max);
