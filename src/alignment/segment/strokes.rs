@@ -165,3 +165,40 @@ fn overlap(a: [f64; 4], b: [f64; 4]) -> f64 {
     let both = area([a[0].max(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].min(b[3])]);
     both / (area(a) + area(b) - both).max(1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use image::{Rgb, RgbImage};
+
+    use super::*;
+
+    /// A wall meets a table, and a block stands before the line; the line runs on, so no box is around a part of it alone.
+    #[test]
+    fn what_edges_end_in_is_boxed_and_what_they_run_through_is_not() {
+        let block = [60, 50, 100, 110];
+        let image = RgbImage::from_fn(160, 160, |x, y| {
+            let is_in = (block[0]..block[2]).contains(&x) && (block[1]..block[3]).contains(&y);
+            Rgb([if is_in {
+                60
+            } else if y < 80 {
+                200
+            } else {
+                150
+            }; 3])
+        });
+        let found = boxes(&Picture::new(&image), [0.04, 0.75], 0.7, 3);
+        let off = |b: &[f64; 4]| {
+            let sides = b.iter().zip(block).map(|(a, b)| (a - f64::from(b)).abs());
+            sides.fold(0.0, f64::max)
+        };
+        assert!(off(&found[0]) < 3.0, "{found:?}");
+    }
+
+    #[test]
+    fn an_even_picture_has_no_boxes() {
+        for (w, h) in [(1, 1), (2, 40), (64, 64)] {
+            let even = Picture::new(&RgbImage::from_pixel(w, h, Rgb([120; 3])));
+            assert!(boxes(&even, [0.04, 0.75], 0.7, 10).is_empty(), "{w} x {h}");
+        }
+    }
+}

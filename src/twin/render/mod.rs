@@ -321,9 +321,9 @@ fn first_look(
     band: &mut Band<'_>,
 ) {
     let edge = if tile.has_parts() { PART } else { TILE };
-    let patch = tile.shows_table().then(|| {
-        Patch::new(&eye.stage.lighting, eye.lens, &eye.stage.table, place)
-    });
+    let patch = tile
+        .shows_table()
+        .then(|| Patch::new(&eye.stage.lighting, eye.lens, &eye.stage.table, place));
     let patch = patch.flatten();
     for y in (0..size.1).step_by(edge) {
         for x in (0..size.0).step_by(edge) {
