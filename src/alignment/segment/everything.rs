@@ -20,7 +20,7 @@ const ROOM: f64 = 0.15;
 /// Overlap of two boxes above which they are one. Chosen: at 0.7 a box is a tenth larger on each side, less than its room.
 const SAME: f64 = 0.7;
 /// Share of the smaller of two cuts from which they are not both told: things that stand side by side share no pixel, and
-/// a fifth is more than two borders are off by. On the five samples of ClearGrasp 0.1 and 0.3 find as many of the labelled things.
+/// a fifth is more than two borders are off by. On the five samples of `ClearGrasp` 0.1 and 0.3 find as many of the labelled things.
 const SHARED: f64 = 0.2;
 /// Power of its agreement that a cut's side counts with: one that agrees by 0.95 is worth as much as one twice as large
 /// that agrees by 0.9. On the same samples 8 and 20 find as many.

@@ -119,8 +119,7 @@ fn strokes(picture: &Picture) -> Vec<Stroke> {
             if strength < least || x == 0 || y == 0 || x + 1 == w || y + 1 == h {
                 return false;
             }
-            let (dx, dy) = (angle.cos().round() as isize, angle.sin().round() as isize);
-            let by = dy * w as isize + dx;
+            let by = (angle.sin().round() * w as f64 + angle.cos().round()) as isize;
             let beside = |by: isize| edges[i.wrapping_add_signed(by)].0;
             strength >= beside(by) && strength > beside(-by)
         })

@@ -2,10 +2,11 @@
 
 use wide::f32x4;
 
+use super::Drawing;
 use super::lens::Lens;
 use super::tile::TILE;
+use super::tone::clamped;
 use super::trace::{Candidates, Stage};
-use super::{Drawing, clamped};
 
 /// Where surfaces meet in a picture, to be looked at closely.
 pub(super) struct Edges<'d> {

@@ -6,9 +6,9 @@
 use nalgebra::{Matrix3, Vector3};
 use wide::f32x4;
 
-use super::BRIGHTEST;
 use super::lens::Lens;
 use super::light::Lighting;
+use super::tone::BRIGHTEST;
 use crate::world::Table;
 
 /// Where four rays beside each other meet the table's top.

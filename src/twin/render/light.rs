@@ -252,9 +252,9 @@ impl Lighting {
 /// How places of the table are places of the stored piece of wood, for a stretch of them without a fold: factor and what is added.
 pub(super) struct Fold([[f32; 2]; 2]);
 
-impl OnTable {
+impl Fold {
     /// Returns how the wood lies between two places (least and greatest x and y), if no fold of it is between them.
-    pub(super) fn fold(&self, low: [f64; 2], high: [f64; 2]) -> Option<Fold> {
+    pub(super) fn between(low: [f64; 2], high: [f64; 2]) -> Option<Self> {
         const PERIOD: f64 = (GRAIN - 2) as f64;
         let mut fold = [[0.0; 2]; 2];
         for (k, fold) in fold.iter_mut().enumerate() {
@@ -271,9 +271,11 @@ impl OnTable {
             let (sign, start) = if is_back { (-1.0, PERIOD - start) } else { (1.0, start) };
             *fold = [(sign / TEXEL) as f32, start as f32];
         }
-        Some(Fold(fold))
+        Some(Self(fold))
     }
+}
 
+impl OnTable {
     /// As [`Self::grains`] where no fold is between the places.
     #[inline]
     pub(super) fn grains_in(&self, fold: &Fold, x: f32x4, y: f32x4) -> f32x4 {

@@ -26,12 +26,12 @@ mod shade;
 mod solid;
 mod surface;
 mod tile;
+mod tone;
 mod trace;
 mod glass;
 mod view;
 
 use std::ops::Range;
-use std::sync::LazyLock;
 
 use image::RgbImage;
 use nalgebra::Vector3;
@@ -47,6 +47,8 @@ use opaque::NO_THING;
 pub use options::Options;
 use patch::Patch;
 use tile::{Content, PART, TILE, Tile};
+use tone::{BRIGHTEST, DEVELOPED, STEPS, clamped};
+pub use tone::{developed, srgb};
 use trace::{Candidates, Sample, Stage};
 pub use view::{Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER};
 
@@ -485,36 +487,6 @@ fn plain_row(
             }
         }
     }
-}
-
-/// The sRGB transfer function: linear light (clamped to 0–1) to 0–1.
-pub fn srgb(x: f32) -> f32 {
-    let x = x.clamp(0.0, 1.0);
-    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// Returns the sRGB byte of linear light, from a table: a picture asks three million times.
-#[inline]
-pub fn developed(x: f32) -> u8 {
-    DEVELOPED[(x.clamp(0.0, 1.0) * STEPS + 0.5) as usize]
-}
-
-/// Steps of [`DEVELOPED`] from no light to full light. The steepest byte of the curve is 1/(255·12.92) wide, five steps.
-const STEPS: f32 = 16383.0;
-
-/// Bytes of light.
-static DEVELOPED: LazyLock<[u8; 16384]> =
-    LazyLock::new(|| std::array::from_fn(|k| (srgb(k as f32 / STEPS) * 255.0 + 0.5) as u8));
-
-/// The brightest light that is told apart.
-const BRIGHTEST: f32 = 4.0;
-
-/// Highlights are cut where a sensor's pixel would be full several times over; else one bright look would
-/// outweigh all others of an edge.
-#[inline]
-fn clamped(light: Vector3<f64>) -> [f32; 3] {
-    let cut = |x: f64| (x as f32).clamp(0.0, BRIGHTEST);
-    [cut(light.x), cut(light.y), cut(light.z)]
 }
 
 /// Returns half as many digits of a key.

@@ -7,11 +7,11 @@
 use nalgebra::Vector3;
 use wide::f32x4;
 
-use super::BRIGHTEST;
 use super::light::{LAMPS, Lighting};
 use super::rays::{Four3, Lie};
 use super::scene::Kind;
 use super::solid::TOP;
+use super::tone::{BRIGHTEST, clamped};
 use super::trace::{FEW, Stage, key_of_table, mix};
 use super::view::{NOTHING, TABLE};
 
@@ -100,7 +100,7 @@ impl Stage<'_> {
             let thing = met.things[first];
             if thing == NO_THING {
                 let room = self.lighting.room(self.eye, d.lane(first));
-                looks.light[first] = super::clamped(room);
+                looks.light[first] = clamped(room);
                 continue;
             }
             // Where another thing is seen the numbers are not used; they are kept finite.
@@ -159,7 +159,7 @@ impl Stage<'_> {
             let lit = if met_it & lit == 0 { 1 << first } else { met_it & lit };
             let seen = self.through_four(clear as usize, d, met.clear_t, lit);
             let mut last = lit.trailing_zeros() as usize;
-            for k in first..4 {
+            for (k, is_done) in is_done.iter_mut().enumerate().skip(first) {
                 if met_it >> k & 1 == 1 {
                     if lit >> k & 1 == 1 {
                         last = k;
@@ -169,7 +169,7 @@ impl Stage<'_> {
                     if met.things[k] != NO_THING {
                         looks.ids[k] = self.things[met.things[k] as usize].id;
                     }
-                    is_done[k] = true;
+                    *is_done = true;
                 }
             }
         }
@@ -235,7 +235,7 @@ impl Stage<'_> {
                 if lie.wet >> k & 1 == 1
                     && let Some(seen) = self.under_water(own, hollow, self.eye, d.lane(k))
                 {
-                    lights[k] = super::clamped(seen);
+                    lights[k] = clamped(seen);
                     keys[k] = mix(u64::from(own.id), 66 + u64::from(faces[k]));
                 }
             }
@@ -252,7 +252,7 @@ impl Stage<'_> {
             for k in 0..4 {
                 let at = at.lane(k);
                 if self.mark_at(at.x, at.y, Some(marks)).is_some() {
-                    light[k] = super::clamped(self.lighting.mark(at.x, at.y).cast());
+                    light[k] = clamped(self.lighting.mark(at.x, at.y).cast());
                     keys[k] = key_of_table(true);
                 }
             }

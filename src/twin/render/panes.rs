@@ -10,8 +10,8 @@ use wide::f32x4;
 use super::glass::{MOST_SURFACES, Medium, ROUND};
 use super::light::Lighting;
 use super::rays::{Change, Four3, Plain};
+use super::tone::{BRIGHTEST, clamped};
 use super::trace::{Stage, key_of_table, mix};
-use super::{BRIGHTEST, clamped};
 
 /// What rays see that went through something clear.
 pub(super) struct Through {
@@ -96,41 +96,29 @@ impl Stage<'_> {
                 n * sign
             };
             let mut normal = facing(outward);
-            if change == Change::Enter || change == Change::Leave {
-                if let Some(soft) = plain.rounded(outward, at, ROUND as f32) {
-                    let soft = facing(soft);
-                    // Seen almost along the wall the rounding would turn the surface inside out.
-                    let is_soft = soft.dot(normal).simd_gt(zero);
-                    normal = Four3 {
-                        x: is_soft.bitselect(soft.x, normal.x),
-                        y: is_soft.bitselect(soft.y, normal.y),
-                        z: is_soft.bitselect(soft.z, normal.z),
-                    };
-                }
+            if (change == Change::Enter || change == Change::Leave)
+                && let Some(soft) = plain.rounded(outward, at, ROUND as f32)
+            {
+                let soft = facing(soft);
+                // Seen almost along the wall the rounding would turn the surface inside out.
+                let is_soft = soft.dot(normal).simd_gt(zero);
+                normal = Four3 {
+                    x: is_soft.bitselect(soft.x, normal.x),
+                    y: is_soft.bitselect(soft.y, normal.y),
+                    z: is_soft.bitselect(soft.z, normal.z),
+                };
             }
-            // As `split` of `super::glass`.
-            let (n1, n2) = (medium.index() as f32, beyond.index() as f32);
-            let ratio = f32x4::splat(n1 / n2);
-            let (n1, n2) = (f32x4::splat(n1), f32x4::splat(n2));
-            let cos1 = -normal.dot(way);
-            let rest = one - ratio * ratio * (one - cos1 * cos1);
-            let bends = rest.simd_gt(zero).to_bitmask();
-            let is_bent = bends >> first & 1 == 1;
-            lanes &= if is_bent { bends } else { !bends };
-            let back = way + normal * (cos1 + cos1);
+            let parted = Parted::of(way, normal, medium, beyond);
+            let is_bent = parted.bends >> first & 1 == 1;
+            lanes &= if is_bent { parted.bends } else { !parted.bends };
             if is_bent {
-                let cos2 = rest.fast_max(zero).sqrt();
-                let s = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2);
-                let p = (n1 * cos2 - n2 * cos1) / (n1 * cos2 + n2 * cos1);
-                let mirrored = (s * s + p * p) * f32x4::splat(0.5);
-                let around = self.lighting.mirrored_four(plain.outward(back));
-                light = light + left.times(around) * mirrored;
-                left = left * (one - mirrored);
-                let bent = way * ratio + normal * (ratio * cos1 - cos2);
-                way = bent * (one / bent.norm());
+                let around = self.lighting.mirrored_four(plain.outward(parted.back));
+                light = light + left.times(around) * parted.mirrored;
+                left = left * (one - parted.mirrored);
+                way = parted.bent;
                 medium = beyond;
             } else {
-                way = back;
+                way = parted.back;
                 key = mix(key, 77);
             }
             let dim = left.x.fast_max(left.y).fast_max(left.z).simd_lt(f32x4::splat(0.01));
@@ -220,6 +208,39 @@ impl Stage<'_> {
         }
         let [x, y, z, _] = f32x4::transpose(rows);
         (Four3 { x, y, z }, keys)
+    }
+}
+
+/// What becomes of rays at a surface, as by `split` of [`super::glass`].
+struct Parted {
+    /// Which go on, bent, one bit each; the others are thrown back whole.
+    bends: u32,
+    bent: Four3,
+    back: Four3,
+    /// The share that is thrown back.
+    mirrored: f32x4,
+}
+
+impl Parted {
+    /// Parts rays along `way` (unit) at a surface whose normal faces them.
+    #[inline]
+    fn of(way: Four3, normal: Four3, medium: Medium, beyond: Medium) -> Self {
+        let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
+        let (n1, n2) = (medium.index() as f32, beyond.index() as f32);
+        let ratio = f32x4::splat(n1 / n2);
+        let (n1, n2) = (f32x4::splat(n1), f32x4::splat(n2));
+        let cos1 = -normal.dot(way);
+        let rest = one - ratio * ratio * (one - cos1 * cos1);
+        let cos2 = rest.fast_max(zero).sqrt();
+        let s = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2);
+        let p = (n1 * cos2 - n2 * cos1) / (n1 * cos2 + n2 * cos1);
+        let bent = way * ratio + normal * (ratio * cos1 - cos2);
+        Self {
+            bends: rest.simd_gt(zero).to_bitmask(),
+            bent: bent * (one / bent.norm()),
+            back: way + normal * (cos1 + cos1),
+            mirrored: (s * s + p * p) * f32x4::splat(0.5),
+        }
     }
 }
 

@@ -8,10 +8,10 @@
 use nalgebra::Vector3;
 use wide::f32x4;
 
-use super::BRIGHTEST;
 use super::lens::Lens;
 use super::light::{Fold, Lighting};
 use super::tile::{PART, TILE};
+use super::tone::BRIGHTEST;
 use crate::world::Table;
 
 /// How far apart the places are through which the quadratic goes, px.
@@ -102,7 +102,7 @@ impl<'l> Patch<'l> {
         }
         let z = lens.world_from_camera().column(2).into_owned();
         let depth = Vector3::new(z.x, z.y, -z.dot(&o)).cast().into();
-        let fold = lighting.on_table.fold(low, high);
+        let fold = Fold::between(low, high);
         let even = lighting.shade.unevenness(low, high, PARTS as f32) < EVEN;
         let mut patch = Self { lighting, places, fold, corners: None, depth };
         if even {
