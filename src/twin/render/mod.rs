@@ -12,6 +12,7 @@
 
 mod cast;
 mod edges;
+mod form;
 mod four;
 mod lens;
 mod light;
