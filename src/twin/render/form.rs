@@ -119,7 +119,7 @@ fn kept(enter: f32x4, leave: f32x4, is_met: f32x4) -> Spans {
 
 /// Returns 1/x, and of nearly nothing something great, never infinite.
 #[inline]
-pub(super) fn inverse(x: f32x4) -> f32x4 {
+fn inverse(x: f32x4) -> f32x4 {
     let least = f32x4::splat(1e-12);
     let sign = x.simd_lt(f32x4::splat(0.0)).bitselect(-least, least);
     f32x4::splat(1.0) / x.abs().simd_lt(least).bitselect(sign, x)

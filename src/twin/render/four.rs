@@ -88,8 +88,13 @@ impl Lighting {
     /// Loops are written out here and in what it asks: closures over arrays are calls in a build without all optimisation.
     #[inline]
     pub(super) fn table_four(&self, x: f32x4, y: f32x4) -> [[f32; 4]; 4] {
-        let wood = self.on_table.grains(x, y).to_array();
-        let plain = self.shade.four(x, y);
+        self.grained(self.shade.four(x, y), self.on_table.grains(x, y))
+    }
+
+    /// Returns the light of the table's top: `plain` but for its grain, and `wood` the brightness of that.
+    #[inline]
+    pub(super) fn grained(&self, plain: [f32x4; 4], wood: f32x4) -> [[f32; 4]; 4] {
+        let wood = wood.to_array();
         let gloss = &self.on_table.gloss;
         let gloss = f32x4::from([gloss.x, gloss.y, gloss.z, 0.0]);
         let mut lights = [[0.0; 4]; 4];

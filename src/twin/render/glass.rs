@@ -19,21 +19,17 @@ const N_WATER: f64 = 1.333;
 const TINT_GLASS: [f64; 3] = [4.5, 1.6, 2.8];
 const TINT_WATER: [f64; 3] = [4.0, 1.3, 0.7];
 /// How many surfaces of one vessel a ray is followed through.
-pub(super) const MOST_SURFACES: usize = 14;
-/// Radius of a ground edge, m. Chosen: pressed jars have 1 to 3 mm.
-pub(super) const ROUND: f64 = 0.002;
+const MOST_SURFACES: usize = 14;
 
-/// What a ray is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Medium {
+enum Medium {
     Air,
     Glass,
     Water,
 }
 
 impl Medium {
-    /// Returns its index of refraction.
-    pub(super) fn index(self) -> f64 {
+    fn index(self) -> f64 {
         match self {
             Self::Air => 1.0,
             Self::Glass => N_GLASS,
@@ -41,17 +37,12 @@ impl Medium {
         }
     }
 
-    /// Returns what it absorbs per m of red, green and blue; nothing where it is none.
-    pub(super) fn tint(self) -> Option<[f64; 3]> {
-        match self {
-            Self::Air => None,
-            Self::Glass => Some(TINT_GLASS),
-            Self::Water => Some(TINT_WATER),
-        }
-    }
-
     fn pass(self, length: f64) -> Rgb {
-        let Some(tint) = self.tint() else { return Vector3::repeat(1.0) };
+        let tint = match self {
+            Self::Air => return Vector3::repeat(1.0),
+            Self::Glass => TINT_GLASS,
+            Self::Water => TINT_WATER,
+        };
         // Single precision is quick, and far finer than the tint is known.
         let part = |a: f64| f64::from(((-a * length) as f32).exp());
         Vector3::new(part(tint[0]), part(tint[1]), part(tint[2]))
@@ -235,6 +226,8 @@ pub(super) fn entry(thing: &Thing, o: Vector3<f64>, d: Vector3<f64>) -> Option<f
 /// Returns the normal of a box's outside near its edges as if they were ground round, as glass edges are;
 /// it is what gives them their bright and dark lines.
 fn rounded(kind: &Kind, normal: Vector3<f64>, at: Vector3<f64>) -> Vector3<f64> {
+    /// Radius of a ground edge, m. Chosen: pressed jars have 1 to 3 mm.
+    const ROUND: f64 = 0.002;
     let Kind::Vessel(hollow) = kind else { return normal };
     let Solid::Cuboid { centre, half } = hollow.outer else { return normal };
     let off = at - centre;

@@ -19,7 +19,6 @@ mod light;
 mod look;
 mod opaque;
 mod options;
-mod panes;
 mod patch;
 mod rays;
 mod scene;

@@ -1,8 +1,8 @@
-//! What four rays from the eye see of plain solids: which, how far, and its light; in single precision.
+//! What four rays from the eye see of plain things: which, how far, and its light; in single precision.
 //!
-//! It is what [`super::trace`] does ray by ray, for the parts of a picture in which there are only solids of
-//! [`super::rays`]: the same light, the same keys, the same shadows. What is hollow, clear or of another form is left to that, also as
-//! what casts a shadow.
+//! It is what [`super::trace`] does ray by ray, for the parts of a picture in which there are only solids and vessels of
+//! [`super::rays`]: the same light, the same keys, the same shadows. What is of another form is left to that, also as what casts a shadow;
+//! what is clear is met here and followed through in [`super::glass`].
 
 use nalgebra::Vector3;
 use wide::f32x4;
@@ -157,15 +157,21 @@ impl Stage<'_> {
                 met_it |= u32::from(met.clear[k] == clear) << k;
             }
             let lit = if met_it & lit == 0 { 1 << first } else { met_it & lit };
-            let seen = self.through_four(clear as usize, d, met.clear_t, lit);
-            let mut last = lit.trailing_zeros() as usize;
+            let thing = &self.things[clear as usize];
+            let t = met.clear_t.to_array();
+            let through = |k: usize| {
+                let (light, key) =
+                    self.through(thing, self.eye, d.lane(k).normalize(), f64::from(t[k]), 0);
+                (clamped(light), key)
+            };
+            let mut seen = through(lit.trailing_zeros() as usize);
             for (k, is_done) in is_done.iter_mut().enumerate().skip(first) {
                 if met_it >> k & 1 == 1 {
-                    if lit >> k & 1 == 1 {
-                        last = k;
+                    if lit >> k & 1 == 1 && k != lit.trailing_zeros() as usize {
+                        seen = through(k);
                     }
-                    (looks.light[k], looks.keys[k]) = (seen.light[last], seen.keys[last]);
-                    looks.glass[k] = self.things[clear as usize].id;
+                    (looks.light[k], looks.keys[k]) = seen;
+                    looks.glass[k] = thing.id;
                     if met.things[k] != NO_THING {
                         looks.ids[k] = self.things[met.things[k] as usize].id;
                     }
@@ -350,7 +356,7 @@ impl Stage<'_> {
 
 impl Lighting {
     /// As [`Self::sheen`], in four directions.
-    pub(super) fn sheen_four(&self, d: Four3) -> Four3 {
+    fn sheen_four(&self, d: Four3) -> Four3 {
         let level = self.level() as f32;
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
         let is_down = d.z.simd_lt(zero);
@@ -496,6 +502,7 @@ mod tests {
                         if light.amax() < 2e-3 {
                             continue;
                         }
+                        assert_ne!(four.glass[k], NOTHING, "{u} {v} {k}: {light}");
                         // By a glass's edge a ray sees another thing than one a hundred thousandth of a pixel beside it does.
                         let beside = lens.direction((u + k) as f64, v as f64 + 0.25 + 1e-5);
                         let beside =

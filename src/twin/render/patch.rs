@@ -11,7 +11,6 @@ use wide::f32x4;
 use super::lens::Lens;
 use super::light::{Fold, Lighting};
 use super::tile::{PART, TILE};
-use super::tone::BRIGHTEST;
 use crate::world::Table;
 
 /// How far apart the places are through which the quadratic goes, px.
@@ -169,7 +168,6 @@ impl Row<'_> {
             Some(fold) => on_table.grains_in(fold, quad.x, quad.y),
             None => on_table.grains(quad.x, quad.y),
         };
-        let wood = wood.to_array();
         let plain = match corners {
             Some(corners) => {
                 let at = self.part * CORNERS + part;
@@ -186,17 +184,7 @@ impl Row<'_> {
             }
             None => lighting.shade.four(quad.x, quad.y),
         };
-        let gloss = &on_table.gloss;
-        let gloss = f32x4::from([gloss.x, gloss.y, gloss.z, 0.0]);
-        let mut lights = [[0.0; 4]; 4];
-        for k in 0..4 {
-            let mirrored = gloss * f32x4::splat(plain[k].to_array()[3]);
-            lights[k] = (plain[k] * f32x4::splat(wood[k]) + mirrored)
-                .fast_max(f32x4::splat(0.0))
-                .fast_min(f32x4::splat(BRIGHTEST))
-                .to_array();
-        }
-        lights
+        lighting.grained(plain, wood)
     }
 
     /// Returns how deep the places are along camera z, m.

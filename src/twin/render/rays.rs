@@ -1,7 +1,7 @@
 //! Four rays at once against placed things, in single precision: where they meet them, and how the surface lies there.
 //!
-//! For the forms that most of a picture is ([`super::form`]) and vessels of them; [`super::panes`] follows rays through what is clear.
-//! What a lathe made and meshes are met in [`super::solid`], ray by ray in double precision. A place is right to 1e-7 m here, a
+//! For the forms that most of a picture is ([`super::form`]) and vessels of them. What a lathe made and meshes are met in
+//! [`super::solid`], and what is clear is followed through in [`super::glass`], ray by ray in double precision. A place is right to 1e-7 m here, a
 //! ten-thousandth of a pixel. Four numbers fit the registers that every processor of this kind has, so the picture is
 //! the same on each.
 
@@ -10,8 +10,7 @@ use std::ops::{Add, Mul, Sub};
 use nalgebra::{Matrix3, Vector3};
 use wide::f32x4;
 
-use super::form::{Form, inverse};
-use super::glass::Medium;
+use super::form::Form;
 use super::light::Lighting;
 use super::scene::{Kind, Thing};
 
@@ -38,12 +37,6 @@ impl Four3 {
     #[inline]
     pub(super) fn norm(self) -> f32x4 {
         self.dot(self).sqrt()
-    }
-
-    /// Returns the products of their parts.
-    #[inline]
-    pub(super) fn times(self, other: Self) -> Self {
-        Self { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
     }
 
     /// Returns them turned.
@@ -177,153 +170,6 @@ pub(super) struct Lie {
 /// Nearer to each other along a ray are the outside and the hollow of a vessel only at its mouth, m: no wall is so thin.
 const MOUTH: f32 = 2e-6;
 
-/// The next change of what rays are in.
-pub(super) struct Step {
-    pub(super) length: f32x4,
-    /// What changes there, as a number.
-    pub(super) changes: f32x4,
-}
-
-impl Step {
-    /// Returns what changes for one of the rays.
-    #[inline]
-    pub(super) fn change(&self, k: usize) -> Change {
-        CHANGES.get(self.changes.to_array()[k] as usize).copied().unwrap_or(Change::Never)
-    }
-}
-
-/// Where what a ray is in changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Change {
-    Enter,
-    Leave,
-    EnterHole,
-    LeaveHole,
-    Level,
-    Never,
-}
-
-/// Nearer is the surface just crossed, m.
-const NEAR: f32 = 1e-6;
-
-/// For rays through what is clear, in its own frame.
-impl Plain {
-    /// Returns the eye, and directions turned into its frame.
-    #[inline]
-    pub(super) fn inward(&self, d: Four3) -> (Four3, Four3) {
-        (Four3::of(self.eye), d.turned(&self.turn))
-    }
-
-    /// Returns directions turned out of its frame.
-    #[inline]
-    pub(super) fn outward(&self, d: Four3) -> Four3 {
-        d.turned_back(&self.turn)
-    }
-
-    /// Returns places of its frame in the world.
-    #[inline]
-    pub(super) fn back(&self, p: Four3) -> Four3 {
-        p.turned_back(&self.turn) + Four3::of(self.origin)
-    }
-
-    /// Returns what it is made of.
-    pub(super) fn stuff(&self) -> Medium {
-        if self.hole.is_some() { Medium::Glass } else { Medium::Water }
-    }
-
-    /// Returns where what rays from `o` along `d` are in changes next.
-    #[inline]
-    pub(super) fn step(&self, o: Four3, d: Four3) -> Step {
-        let far = f32x4::splat(f32::INFINITY);
-        let outer = self.form.span(o, d);
-        let (mut length, mut which) = (far, f32x4::splat(5.0));
-        let mut take = |t: f32x4, change: f32, is_real: f32x4| {
-            let is_next = is_real & t.simd_gt(f32x4::splat(NEAR)) & t.simd_lt(length);
-            length = is_next.bitselect(t, length);
-            which = is_next.bitselect(f32x4::splat(change), which);
-        };
-        let all = far.simd_eq(far);
-        if let Some(hole) = &self.hole {
-            let inner = hole.form.span(o, d);
-            // At the mouth outside and hollow are the same, and nothing changes.
-            let is_wall = !(inner.enter - outer.enter).simd_lt(f32x4::splat(MOUTH));
-            take(outer.enter, 0.0, is_wall);
-            take(inner.enter, 2.0, is_wall);
-            let is_wall = !(outer.leave - inner.leave).simd_lt(f32x4::splat(MOUTH));
-            take(outer.leave, 1.0, is_wall);
-            take(inner.leave, 3.0, is_wall);
-            if let Some((up, height)) = hole.level {
-                let up = Four3::of(up);
-                let t = (f32x4::splat(height) - up.dot(o)) * inverse(up.dot(d));
-                take(t, 4.0, t.simd_gt(inner.enter) & t.simd_lt(inner.leave));
-            }
-        } else {
-            take(outer.enter, 0.0, all);
-            take(outer.leave, 1.0, all);
-        }
-        Step { length, changes: which }
-    }
-
-    /// Returns the normals (unit) at places where something changes, and numbers that tell its surfaces apart.
-    #[inline]
-    pub(super) fn wall(&self, change: Change, at: Four3) -> (Four3, f32x4) {
-        match (change, &self.hole) {
-            (Change::Level, Some(Hole { level: Some((up, _)), .. })) => {
-                (Four3::of(*up), f32x4::splat(32.0))
-            }
-            (Change::EnterHole | Change::LeaveHole, Some(hole)) => {
-                let (normal, faces) = hole.form.surface(at);
-                (normal, faces + f32x4::splat(16.0))
-            }
-            _ => self.form.surface(at),
-        }
-    }
-
-    /// Returns which places in its hollow are under water, one bit each.
-    #[inline]
-    pub(super) fn under(&self, at: Four3) -> u32 {
-        match &self.hole {
-            Some(Hole { level: Some((up, height)), .. }) => {
-                at.dot(Four3::of(*up)).simd_lt(f32x4::splat(*height)).to_bitmask()
-            }
-            _ => 0,
-        }
-    }
-
-    /// Returns outward normals near the edges of a box-shaped vessel as if these were ground round with radius `round`.
-    #[inline]
-    pub(super) fn rounded(&self, normal: Four3, at: Four3, round: f32) -> Option<Four3> {
-        let Form::Cuboid { centre, half } = self.form else { return None };
-        self.hole.as_ref()?;
-        let off = at - Four3::of(centre);
-        let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
-        let axis = |normal: f32x4, off: f32x4, half: f32| {
-            let left = f32x4::splat(half) - off.abs();
-            let is_near =
-                normal.abs().simd_lt(f32x4::splat(0.5)) & left.simd_lt(f32x4::splat(round));
-            let part = one - left.fast_max(zero) * f32x4::splat(1.0 / round);
-            is_near & off.simd_lt(zero).bitselect(-part, part)
-        };
-        let add = Four3 {
-            x: axis(normal.x, off.x, half.x),
-            y: axis(normal.y, off.y, half.y),
-            z: axis(normal.z, off.z, half.z),
-        };
-        let soft = normal + add;
-        Some(soft * (one / soft.norm()))
-    }
-}
-
-/// Changes by their number.
-const CHANGES: [Change; 6] = [
-    Change::Enter,
-    Change::Leave,
-    Change::EnterHole,
-    Change::LeaveHole,
-    Change::Level,
-    Change::Never,
-];
-
 impl Plain {
     /// Returns a thing as it is met four rays at a time; `None` when it is of another kind, or the eye is in it.
     pub(super) fn new(thing: &Thing, eye: Vector3<f64>, lighting: &Lighting) -> Option<Self> {
@@ -368,12 +214,6 @@ impl Plain {
         by_mouth.bitselect(inner.leave, outer.enter)
     }
 
-    /// Returns which rays from `o` along `d` (unit, world) it stands in the way of.
-    #[inline]
-    pub(super) fn blocks(&self, o: Four3, d: Four3) -> f32x4 {
-        self.is_between(self.placed(o), d.turned(&self.turn))
-    }
-
     /// Returns places of the world in its frame.
     #[inline]
     fn placed(&self, o: Four3) -> Four3 {
@@ -401,7 +241,7 @@ impl Plain {
         }
     }
 
-    /// As [`Self::blocks`], in its frame.
+    /// Returns which rays from `o` along `d` (unit), in its frame, it stands in the way of.
     #[inline]
     fn is_between(&self, o: Four3, d: Four3) -> f32x4 {
         let outer = self.form.span(o, d);
