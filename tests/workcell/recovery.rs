@@ -20,11 +20,12 @@ task hold(o: Graspable) {
 }
 ";
 
-/// A laboratory as assumed, but for finger pads as slippery as wet ice.
+/// A laboratory as assumed, but for finger pads more slippery than wet ice: with 0.01 and more the jar falls over in some laboratories, with
+/// up to 0.008 it slides down and stands in those of seeds 2 and 3.
 fn slippery() -> LabSettings {
     let mut lab = LabSettings::perfect();
     lab.switches = lab::Switches { surfaces: true, ..lab.switches };
-    lab.things.pad_friction = [0.01, 0.01];
+    lab.things.pad_friction = [0.004, 0.004];
     lab.things.table_friction = [0.4, 0.4];
     lab.things.mass = [0.0, 0.0];
     for (name, x_m, y_m) in [("jar", 0.60, 0.10), ("cup", 0.58, -0.22)] {
@@ -39,7 +40,7 @@ fn a_jar_that_slips_while_it_is_lifted_is_let_go_and_looked_for() {
         switches: Switches { offset: false, ..Switches::default() },
         scene: Some(dry()),
         script: Some(Source::new("hold.task", TASK)),
-        ..options(slippery(), 1)
+        ..options(slippery(), 2)
     })
     .unwrap();
     let run = cell.run(&call("hold(jar)"), None, Box::new(Nobody)).unwrap();
