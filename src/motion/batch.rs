@@ -12,7 +12,7 @@
 //!
 //! Source: Thomason, Kingston and Kavraki, "Motions in microseconds via vectorized sampling-based planning", ICRA 2024.
 
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::ops::Range;
 
 use nalgebra::Vector3;
@@ -69,6 +69,7 @@ pub(super) struct Batch {
     /// Whether the spheres are all of the robot: then what is flagged does touch.
     is_exact: bool,
     pub(super) slack: f32,
+    cost: u64,
 }
 
 /// What is asked of eight configurations.
@@ -90,7 +91,7 @@ pub(super) struct Question<'a> {
 }
 
 thread_local! {
-    static LAST: Cell<Work> = Cell::default();
+    static LAST: RefCell<Work> = RefCell::default();
 }
 
 impl Batch {
@@ -111,6 +112,7 @@ impl Batch {
             boxes: Vec::new(),
             is_exact: true,
             slack: 0.0,
+            cost: 0,
         };
         let obstacles: Vec<&Body> = obstacles.collect();
         // How far coordinates reach: every shift between joints and the parts on them.
@@ -159,15 +161,16 @@ impl Batch {
         batch.slack = (SLACK * (1.0 + reach)) as f32;
         batch.boxes = obstacles.chunks(LANES).map(|eight| around(eight, batch.slack)).collect();
         batch.things = obstacles.into_iter().map(Thing::of).collect();
+        let masks = batch.parts.iter().flat_map(|part| &part.masks);
+        let watched: usize = masks.map(|mask| mask.count_ones() as usize).sum();
+        let things = batch.joints.len() + batch.spheres.len() + watched + batch.pairs.len();
+        batch.cost = 1 + things as u64 / 10;
         batch
     }
 
     /// Returns a bit for each of eight configurations in which something is nearer than asked for, or may be.
     pub(super) fn flagged(&self, question: &Question<'_>) -> u8 {
-        let mut work = LAST.take();
-        let found = run(Looking { batch: self, question, work: &mut work });
-        LAST.set(work);
-        found
+        LAST.with_borrow_mut(|work| run(Looking { batch: self, question, work }))
     }
 
     /// Returns, for each part, how much the way of any of its spheres bends at most on a straight joint motion: the size of
@@ -215,9 +218,7 @@ impl Batch {
 
     /// Returns what a look costs, in units of [`super::Budget`]: some ten spheres are one pair of solids.
     pub(super) fn cost(&self) -> u64 {
-        let masks = self.parts.iter().flat_map(|part| &part.masks);
-        let watched: usize = masks.map(|mask| mask.count_ones() as usize).sum();
-        1 + (self.joints.len() + self.spheres.len() + watched + self.pairs.len()) as u64 / 10
+        self.cost
     }
 
     /// Returns whether what is flagged does touch.

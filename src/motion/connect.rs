@@ -18,7 +18,8 @@ use super::fault::NoWay;
 use super::growth::{Tree, beside};
 use super::ik::Solver;
 use super::motions::Motions;
-use super::polyline::{l2, mix};
+use super::polyline::{l2, mixed};
+use super::robot::{JointLimits, Robot};
 
 /// A step that is blocked is tried again this much shorter, while it is longer than [`SHORTEST`]; shares of the range.
 const SHORTER: f64 = 0.35;
@@ -30,8 +31,8 @@ const STUCK_IN_ALL: [usize; 2] = [20, 80];
 /// The share of its samples that a tree which is stuck draws beside itself. Chosen: of 0.2, 0.5 and 0.8.
 const BESIDE: f64 = 0.8;
 /// Of the first so many samples half are drawn towards the straight way. Chosen: the paths of what is easy are 2 % shorter,
-/// among some fifty variants on the Panda's problems; with some of them what is hard was slower.
-const NEARER: usize = 50;
+/// among some fifty variants on the Panda's problems; with some of them what is hard was slower. With 50 paths are longer.
+const NEARER: usize = 100;
 /// Samples drawn for one that a node listens to, at most.
 const DRAWN: usize = 10;
 /// Steps straight to the other tree at most; bent ones each lead a tenth of the range nearer.
@@ -55,6 +56,27 @@ pub(super) struct Search<'a, 's> {
     pub(super) seed: u64,
     /// Samples drawn so far.
     pub(super) samples: &'a mut usize,
+    /// Memory for the end of a step.
+    pub(super) next: Vec<f64>,
+}
+
+/// Returns what samples are drawn from, joint by joint, rad: the lower end and the width of the limits, half a turn about the
+/// start where there are none.
+fn ranges(robot: &Robot, start: &[f64]) -> Vec<(f64, f64)> {
+    let joints = robot.joints().iter().zip(start);
+    let range = |(joint, start): (&JointLimits, &f64)| {
+        let (low, high) = (joint.lower.max(start - PI), joint.upper.min(start + PI));
+        (low, (high - low).max(0.0))
+    };
+    joints.map(range).collect()
+}
+
+/// Draws a configuration, of 2^32 places for each joint.
+fn draw(ranges: &[(f64, f64)], random: &mut StdRng, sample: &mut [f64]) {
+    const PLACE: f64 = 1.0 / (1_u64 << 32) as f64;
+    for (x, (low, width)) in sample.iter_mut().zip(ranges) {
+        *x = low + width * (f64::from(random.random::<u32>()) * PLACE);
+    }
 }
 
 /// Where a step has led.
@@ -81,6 +103,8 @@ impl Search<'_, '_> {
             }
         }
         let robot = self.motions.robot;
+        let ranges = ranges(robot, start);
+        let mut sample = vec![0.0; start.len()];
         let mut random = StdRng::seed_from_u64(self.seed);
         let mut trees =
             [Tree::rooted([&start.to_vec()]), Tree::rooted(goals.iter().map(|(_, q)| q))];
@@ -95,19 +119,20 @@ impl Search<'_, '_> {
         {
             drawn += 1;
             *self.samples += 1;
-            // The smaller one grows; in turns while neither has twice the nodes of the other.
-            if trees[active].len() * 2 > trees[1 - active].len() {
+            // The smaller one grows, as long as it takes.
+            if trees[active].len() > trees[1 - active].len() {
                 active = 1 - active;
             }
             let [few, many] = STUCK_IN_ALL;
             let is_stuck = stuck[active] > (STUCK * trees[active].len()).clamp(few, many);
-            let sample = if is_stuck && random.random_bool(BESIDE) {
-                beside(robot, &trees[active], &mut random)
+            if is_stuck && random.random_bool(BESIDE) {
+                beside(robot, &trees[active], &mut random, &mut sample);
             } else {
+                draw(&ranges, &mut random, &mut sample);
                 let nearer = drawn < NEARER && random.random_bool(0.5);
                 let share = if nearer { random.random_range(0.0..1.0) } else { 1.0 };
-                self.sample((start, &goals[0].1), share, &mut random)?
-            };
+                self.move_in((start, &goals[0].1), share, &mut sample)?;
+            }
             let from = trees[active].nearest(&sample);
             self.motions.budget.spend(1 + trees[active].len() as u64 / 100)?;
             let gap = l2(trees[active].node(from), &sample);
@@ -165,45 +190,48 @@ impl Search<'_, '_> {
         Ok(None)
     }
 
-    /// Draws a configuration: in the limits, and half a turn about the start where there are none; then as near to the straight
-    /// way as `share` of its distance, and as a way of the length that is looked for can lead there.
-    fn sample(
+    /// Moves a sample as near to the straight way as `share` of its distance, and as a way of the length that is looked for
+    /// can lead there; and into the cone.
+    fn move_in(
         &self,
-        (start, goal): (&[f64], &[f64]),
+        ends: (&[f64], &[f64]),
         share: f64,
-        random: &mut StdRng,
-    ) -> Result<Vec<f64>, Error> {
-        let joints = self.motions.robot.joints().iter().zip(start);
-        let q: Vec<f64> = joints
-            .map(|(joint, start)| {
-                let (low, high) = (joint.lower.max(start - PI), joint.upper.min(start + PI));
-                if low < high { random.random_range(low..high) } else { low }
-            })
-            .collect();
-        let q = self.drawn(q, (start, goal), share);
-        let Some(cone) = self.motions.cone else { return Ok(q) };
-        self.motions.budget.spend(PROJECTING)?;
-        Ok(cone.project(self.solver, &q).unwrap_or(q))
+        sample: &mut Vec<f64>,
+    ) -> Result<(), Error> {
+        if share < 1.0 || self.within.is_finite() {
+            self.move_towards(ends, share, sample);
+        }
+        if let Some(cone) = self.motions.cone {
+            self.motions.budget.spend(PROJECTING)?;
+            if let Some(projected) = cone.project(self.solver, sample) {
+                *sample = projected;
+            }
+        }
+        Ok(())
     }
 
-    /// Draws a configuration towards the straight way.
+    /// Moves a sample towards the straight way.
     ///
     /// Source: Gammell, Srinivasa and Barfoot, "Informed RRT*", IROS 2014: what ways of a length reach is an ellipsoid.
-    fn drawn(&self, q: Vec<f64>, (start, goal): (&[f64], &[f64]), share: f64) -> Vec<f64> {
+    fn move_towards(&self, (start, goal): (&[f64], &[f64]), share: f64, sample: &mut [f64]) {
         let straight = l2(start, goal);
-        if (share >= 1.0 && self.within.is_infinite()) || straight < 1e-6 {
-            return q;
+        if straight < 1e-6 {
+            return;
         }
-        let along = q.iter().zip(start).zip(goal).map(|((q, a), b)| (q - a) * (b - a));
+        let along = sample.iter().zip(start).zip(goal).map(|((q, a), b)| (q - a) * (b - a));
         let along = (along.sum::<f64>() / (straight * straight)).clamp(0.0, 1.0);
-        let foot = mix(start, goal, along);
         let mut share = share;
+        let foot = |(a, b): (&f64, &f64)| mixed(*a, *b, along);
         if self.within.is_finite() {
             let across = 0.5 * (self.within.powi(2) - straight.powi(2)).max(0.0).sqrt();
             let beside = 1.0 - ((2.0 * along - 1.0) * straight / self.within).powi(2);
-            share *= (across * beside.max(0.0).sqrt() / l2(&q, &foot)).min(1.0);
+            let feet = start.iter().zip(goal).map(foot);
+            let gap = sample.iter().zip(feet).map(|(q, foot)| (q - foot).powi(2)).sum::<f64>();
+            share *= (across * beside.max(0.0).sqrt() / gap.sqrt()).min(1.0);
         }
-        mix(&foot, &q, share)
+        for (q, foot) in sample.iter_mut().zip(start.iter().zip(goal).map(foot)) {
+            *q = mixed(foot, *q, share);
+        }
     }
 
     /// Grows a tree from one of its nodes by one step, a share of the range, towards a configuration.
@@ -222,8 +250,14 @@ impl Search<'_, '_> {
         let range = if cone.is_some() { self.range.min(RANGE_IN_CONE) } else { self.range };
         let range = share * range;
         let reaches = gap <= range;
-        let mut next =
-            if reaches { target.to_vec() } else { mix(tree.node(from), target, range / gap) };
+        let mut next = std::mem::take(&mut self.next);
+        next.clear();
+        if reaches {
+            next.extend_from_slice(target);
+        } else {
+            let straight = tree.node(from).iter().zip(target);
+            next.extend(straight.map(|(a, b)| mixed(*a, *b, range / gap)));
+        }
         let mut bent = false;
         if let Some(cone) = cone
             && !cone.holds(self.motions.robot, &next)
@@ -239,10 +273,10 @@ impl Search<'_, '_> {
             next = projected;
             bent = true;
         }
-        if !self.motions.are_free(tree.node(from), &next)? {
-            return Ok(Extended::Trapped);
-        }
-        let node = tree.push(&next, from);
+        let is_free = self.motions.are_free(tree.node(from), &next)?;
+        let node = is_free.then(|| tree.push(&next, from));
+        self.next = next;
+        let Some(node) = node else { return Ok(Extended::Trapped) };
         Ok(if reaches && !bent { Extended::Reached(node) } else { Extended::Advanced(node) })
     }
 }

@@ -32,8 +32,10 @@ pub(super) struct Joint {
 #[derive(Debug, Clone, Copy)]
 enum Tilt {
     None,
-    /// By a quarter turn, with its sign.
-    Quarter(f32),
+    /// By a quarter turn, to the left or to the right.
+    Quarter {
+        is_left: bool,
+    },
     /// By an angle of this sine and cosine.
     By([f32; 2]),
 }
@@ -46,7 +48,7 @@ impl Tilt {
         if cos > 0.0 && sin.abs() < Self::ROUNDING {
             Self::None
         } else if cos.abs() < Self::ROUNDING {
-            Self::Quarter(sin.signum() as f32)
+            Self::Quarter { is_left: sin > 0.0 }
         } else {
             Self::By([sin as f32, cos as f32])
         }
@@ -106,31 +108,32 @@ pub(super) fn place<S: Wide>(
             let angle = (angle - (angle / TAU).round_ties_even() * TAU) as f32;
             sin_cos(Eight::all(simd, angle) + along * Eight::all(simd, rate as f32))
         };
-        let [x, y, z, origin] = match joint.parent {
-            Some(parent) => frames[parent],
-            None => [
-                Three::all(simd, [1.0, 0.0, 0.0]).lanes(),
-                Three::all(simd, [0.0, 1.0, 0.0]).lanes(),
-                Three::all(simd, [0.0, 0.0, 1.0]).lanes(),
-                Three::all(simd, [0.0; 3]).lanes(),
-            ],
+        let base;
+        let [x, y, z, start] = if let Some(parent) = joint.parent {
+            &frames[parent]
+        } else {
+            base = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]]
+                .map(|axis| Three::all(simd, axis).lanes());
+            &base
         };
-        let (x, y, z) = (Three::of(simd, x), Three::of(simd, y), Three::of(simd, z));
+        let (x, y, z) = (Three::of(simd, *x), Three::of(simd, *y), Three::of(simd, *z));
+        let start = Three::of(simd, *start);
         let [a, b, c] = joint.shift;
-        let start = Three::of(simd, origin);
-        let mut origin = start
-            + (x.scaled(Eight::all(simd, a)) + y.scaled(Eight::all(simd, b)))
-            + z.scaled(Eight::all(simd, c));
+        let mut origin = start;
+        // Most shifts lie along one axis.
+        for (axis, along) in [(x, a), (y, b), (z, c)] {
+            if along != 0.0 {
+                origin = origin + axis.scaled(Eight::all(simd, along));
+            }
+        }
         let (x, y) = match joint.before {
             Some([sin, cos]) => turned(x, y, Eight::all(simd, sin), Eight::all(simd, cos)),
             None => (x, y),
         };
         let (y, z) = match joint.tilt {
             Tilt::None => (y, z),
-            Tilt::Quarter(sign) => {
-                let sign = Eight::all(simd, sign);
-                (z.scaled(sign), Three::all(simd, [0.0; 3]) - y.scaled(sign))
-            }
+            Tilt::Quarter { is_left: true } => (z, Three::all(simd, [0.0; 3]) - y),
+            Tilt::Quarter { is_left: false } => (Three::all(simd, [0.0; 3]) - z, y),
             Tilt::By([s, c]) => turned(y, z, Eight::all(simd, s), Eight::all(simd, c)),
         };
         if joint.slides {

@@ -2,12 +2,15 @@
 //!
 //! Nothing here knows what is in the way.
 
+#![expect(clippy::inline_always, reason = "what is not inlined misses the registers")]
+
 use pulp::f32x8;
 use rand::RngExt;
 use rand::rngs::StdRng;
 
 use super::lanes::{Eight, Job, LANES, Wide, run};
 use super::robot::Robot;
+use super::scratch::{FEW, scratch};
 
 /// How far samples may be from a node that was blocked once, and from one that was blocked many times, rad, and by what share
 /// that changes: as VAMP has them. With faster tuning, from 0.02 on, 2 to 100 of 419 problems were not solved.
@@ -113,16 +116,42 @@ struct Nearest<'a> {
 impl Job for Nearest<'_> {
     type Found = usize;
 
-    #[expect(clippy::inline_always, reason = "what is not inlined misses the registers")]
     #[inline(always)]
     fn with<S: Wide>(self, simd: S) -> usize {
+        match self.tree.n {
+            6 => self.among::<S, 6>(simd),
+            7 => self.among::<S, 7>(simd),
+            n => self.least(simd, self.tree.eights.chunks_exact(n)),
+        }
+    }
+}
+
+impl Nearest<'_> {
+    /// Looks through the nodes of an arm of so many joints, which is known beforehand: no loop counts them.
+    #[inline(always)]
+    fn among<S: Wide, const N: usize>(&self, simd: S) -> usize {
+        let (eights, _) = self.tree.eights.as_chunks::<N>();
+        self.least(simd, eights.iter().map(|eight| &eight[..]))
+    }
+
+    /// Returns the nearest of nodes that stand eight beside each other.
+    #[inline(always)]
+    fn least<'e, S: Wide>(
+        &self,
+        simd: S,
+        eights: impl Iterator<Item = &'e [[f32; LANES]]>,
+    ) -> usize {
+        let (mut few, mut many) = ([0.0_f32; FEW], Vec::new());
+        let q = scratch(self.tree.n, &mut few, &mut many);
+        for (short, x) in q.iter_mut().zip(self.q) {
+            *short = *x as f32;
+        }
         let mut best = (f32::INFINITY, 0);
-        for (at, eight) in self.tree.eights.chunks_exact(self.tree.n).enumerate() {
+        for (at, eight) in eights.enumerate() {
             let mut squared = Eight::all(simd, 0.0);
-            for (lanes, x) in eight.iter().zip(self.q) {
+            for (lanes, x) in eight.iter().zip(&*q) {
                 let [a, b, c, d, e, f, g, h] = *lanes;
-                let gap =
-                    Eight::of(simd, f32x8(a, b, c, d, e, f, g, h)) - Eight::all(simd, *x as f32);
+                let gap = Eight::of(simd, f32x8(a, b, c, d, e, f, g, h)) - Eight::all(simd, *x);
                 squared = squared + gap * gap;
             }
             if (squared - Eight::all(simd, best.0)).below_zero() != 0 {
@@ -138,12 +167,10 @@ impl Job for Nearest<'_> {
 /// Draws a configuration beside one of a tree's own: any distance from a hundredth of a step to half of one is as likely.
 ///
 /// Where hardly any way leads out, what is drawn from all over lies in the wrong direction nearly always.
-pub(super) fn beside(robot: &Robot, tree: &Tree, random: &mut StdRng) -> Vec<f64> {
+pub(super) fn beside(robot: &Robot, tree: &Tree, random: &mut StdRng, sample: &mut [f64]) {
     let node = tree.node(random.random_range(0..tree.len()));
     let reach = 10.0_f64.powf(random.random_range(-2.3..-0.3));
-    let moved =
-        robot.joints().iter().zip(node).map(|(joint, x)| {
-            (x + random.random_range(-reach..reach)).clamp(joint.lower, joint.upper)
-        });
-    moved.collect()
+    for ((joint, from), x) in robot.joints().iter().zip(node).zip(sample) {
+        *x = (from + random.random_range(-reach..reach)).clamp(joint.lower, joint.upper);
+    }
 }

@@ -6,6 +6,8 @@
 
 #![expect(clippy::inline_always, reason = "what is not inlined into the look misses the registers")]
 
+use pulp::f32x8;
+
 use super::batch::{Batch, Part, Question};
 use super::beyond::beyond_swept;
 use super::frames8::{Placed8, carried, place};
@@ -15,9 +17,13 @@ use super::lanes::{Eight, Job, LANES, Three, Vectors, Wide, packed};
 #[derive(Debug, Default)]
 pub(super) struct Work {
     placed: Placed8,
-    /// Of each part, the last first: the middle of its ball.
+    /// Of each part: the middle of its ball.
     balls: Vec<Vectors>,
     near: Vec<u32>,
+    /// Middles of spheres of a part, and their radii.
+    ends: Vec<(Vectors, f32)>,
+    /// The part that was the last to be too near something: it is looked at first, since what comes next often is so as well.
+    first: usize,
 }
 
 /// A question about a robot among obstacles, and memory to answer it in.
@@ -40,13 +46,16 @@ impl Job for Looking<'_> {
         let room = Eight::all(simd, question.room as f32 + batch.slack);
         let half = Eight::of(simd, packed(&question.half));
         let mut found = 0;
-        work.balls.clear();
+        let n = batch.parts.len();
+        work.balls.resize(n, [f32x8(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 3]);
+        let first = work.first;
         // From the hand backwards: what is far out collides first.
-        for at in (0..batch.parts.len()).rev() {
+        let others = (0..n).rev().filter(|at| *at != first);
+        for at in (first..n).take(1).chain(others) {
             let part = &batch.parts[at];
             let ball = carried(simd, frames, part.node, part.ball.centre);
             let moving = Moving::of(simd, &work.placed, part.node);
-            work.balls.push(ball.lanes());
+            work.balls[at] = ball.lanes();
             let mut room = room;
             let mut grown = Eight::all(simd, 0.0);
             if sweeps {
@@ -75,9 +84,13 @@ impl Job for Looking<'_> {
                         gap = gap.min(batch.things[thing as usize].beyond(simd, centre, reach));
                     }
                 }
-                found |= gap.below_zero();
-                if found != 0 && !question.all {
-                    return found;
+                let flagged = gap.below_zero();
+                if flagged != 0 {
+                    found |= flagged;
+                    work.first = at;
+                    if !question.all {
+                        return found;
+                    }
                 }
             }
         }
@@ -120,15 +133,15 @@ impl Looking<'_> {
 
     /// Returns a bit for each configuration in which parts that must not touch each other are too near.
     #[inline(always)]
-    fn pairs<S: Wide>(&self, simd: S, room: Eight<S>, half: Eight<S>) -> u8 {
+    fn pairs<S: Wide>(self, simd: S, room: Eight<S>, half: Eight<S>) -> u8 {
         let Self { batch, question, work } = self;
-        let frames = &work.placed.frames;
+        let Work { placed, balls, ends, .. } = work;
+        let frames = &placed.frames;
         let sweeps = !question.bends.is_empty();
         let mut found = 0;
-        let last = batch.parts.len().wrapping_sub(1);
         for (at, pair) in batch.pairs.iter().enumerate() {
             let (a, b) = (&batch.parts[pair.first], &batch.parts[pair.second]);
-            let (middle, other) = (work.balls[last - pair.first], work.balls[last - pair.second]);
+            let (middle, other) = (balls[pair.first], balls[pair.second]);
             let (middle, other) = (Three::of(simd, middle), Three::of(simd, other));
             let mut room = room;
             let mut grown = Eight::all(simd, 0.0);
@@ -136,9 +149,9 @@ impl Looking<'_> {
                 let bend = 0.5 * question.bends[batch.parts.len() + at] as f32;
                 room = room + half * half * Eight::all(simd, bend);
                 // What moves both moves neither towards the other.
-                let fixed = Moving::of(simd, &work.placed, pair.shared);
+                let fixed = Moving::of(simd, placed, pair.shared);
                 for (part, ball) in [(a, middle), (b, other)] {
-                    let own = Moving::of(simd, &work.placed, part.node);
+                    let own = Moving::of(simd, placed, part.node);
                     let speed = own.at(ball) - fixed.at(ball);
                     let turning = (own.turning - fixed.turning).norm();
                     grown = grown + half * (speed.norm() + turning * Eight::all(simd, part.spread));
@@ -148,8 +161,25 @@ impl Looking<'_> {
             if apart(middle, other, reach).below_zero() == 0 {
                 continue;
             }
-            let own = Moving::of(simd, &work.placed, a.node);
-            let others = Moving::of(simd, &work.placed, b.node);
+            // First the part of fewer spheres: of it only what is near the other one's ball.
+            let (a, b, middle, other) = if a.spheres.len() < b.spheres.len() {
+                (b, a, other, middle)
+            } else {
+                (a, b, middle, other)
+            };
+            ends.clear();
+            for sphere in &batch.spheres[b.spheres.clone()] {
+                let centre = carried(simd, frames, b.node, sphere.centre);
+                let radius = Eight::all(simd, sphere.radius + a.ball.radius);
+                if apart(centre, middle, room + grown + radius).below_zero() != 0 {
+                    ends.push((centre.lanes(), sphere.radius));
+                }
+            }
+            if ends.is_empty() {
+                continue;
+            }
+            let own = Moving::of(simd, placed, a.node);
+            let others = Moving::of(simd, placed, b.node);
             for sphere in &batch.spheres[a.spheres.clone()] {
                 let centre = carried(simd, frames, a.node, sphere.centre);
                 let reach = room + Eight::all(simd, sphere.radius);
@@ -157,9 +187,9 @@ impl Looking<'_> {
                 if apart(centre, other, whole).below_zero() == 0 {
                     continue;
                 }
-                for sphere in &batch.spheres[b.spheres.clone()] {
-                    let end = carried(simd, frames, b.node, sphere.centre);
-                    let reach = reach + Eight::all(simd, sphere.radius);
+                for &(end, radius) in &*ends {
+                    let end = Three::of(simd, end);
+                    let reach = reach + Eight::all(simd, radius);
                     let gap = if sweeps {
                         let (between, speed) = (centre - end, own.at(centre) - others.at(end));
                         beyond_swept(between.dot(between), between.dot(speed), reach, half)

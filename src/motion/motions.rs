@@ -37,6 +37,12 @@ pub(super) struct Motions<'s> {
     between: Vec<f64>,
 }
 
+/// Returns the least whole number that is no smaller; of numbers from 0 on. Rounding is a call where processors may be old.
+fn whole_above(x: f64) -> usize {
+    let below = x as usize;
+    below + usize::from((below as f64) < x)
+}
+
 impl<'s> Motions<'s> {
     pub(super) fn new(
         robot: &'s Robot,
@@ -56,13 +62,14 @@ impl<'s> Motions<'s> {
     /// [`Error::Spent`] and [`Error::Cancelled`] when the budget ends it.
     pub(super) fn are_free(&mut self, from: &[f64], to: &[f64]) -> Result<bool, Error> {
         let moved = self.world.displacement(from, to);
-        let looks = (moved / self.resolution).ceil().max(1.0);
+        let looks = moved / self.resolution;
         if looks.is_nan() || looks > LONGEST {
             return Ok(false);
         }
-        let rounds = (looks / LANES as f64).ceil();
-        for round in 0..rounds as usize {
-            let back = round as f64 / rounds;
+        // Rounded up twice; the least whole number of rounds is one.
+        let rounds = (whole_above(looks).div_ceil(LANES)).max(1);
+        for round in 0..rounds {
+            let back = round as f64 / rounds as f64;
             let at = std::array::from_fn(|lane| (lane as f64 + 1.0 - back) / LANES as f64);
             if !self.eight_free(from, to, at)? {
                 return Ok(false);

@@ -173,6 +173,7 @@ fn searched<'s>(
         within: f64::INFINITY,
         seed,
         samples,
+        next: Vec::new(),
     };
     let (mut corners, mut goal) = search.run(start, goals)?;
     let raw_length = length(&corners);
