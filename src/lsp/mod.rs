@@ -11,10 +11,12 @@
 mod names;
 mod position;
 
+use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::{
@@ -63,8 +65,14 @@ pub fn serve(connection: &Connection, stdlib: &Stdlib, places: Places) -> Result
     let lost = |error: &dyn std::fmt::Display| Error::Protocol(error.to_string());
     let capabilities = serde_json::to_value(capabilities()).map_err(|e| lost(&e))?;
     connection.initialize(capabilities).map_err(|e| lost(&e))?;
-    let mut server =
-        Server { connection, stdlib, places, standard: library(stdlib), texts: BTreeMap::new() };
+    let mut server = Server {
+        connection,
+        stdlib,
+        places,
+        standard: library(stdlib),
+        texts: BTreeMap::new(),
+        read: RefCell::default(),
+    };
     for message in &connection.receiver {
         match message {
             Message::Request(request) => {
@@ -115,6 +123,8 @@ struct Server<'a> {
     standard: Library,
     /// What the editor holds, by address.
     texts: BTreeMap<String, String>,
+    /// What was read since the editor last changed anything, by address: it asks several things of one text.
+    read: RefCell<BTreeMap<String, Rc<Open>>>,
 }
 
 /// A text read into a library of its own.
@@ -122,6 +132,8 @@ struct Open {
     library: Library,
     file: usize,
     scope: Scope,
+    /// What is wrong with it, once somebody asked.
+    wrong: OnceCell<Vec<Diagnostic>>,
 }
 
 impl Server<'_> {
@@ -132,6 +144,7 @@ impl Server<'_> {
     /// Takes note of what the editor holds, and tells what is wrong with it.
     fn hear(&mut self, notification: Notification) -> Result<(), Error> {
         let Notification { method, params, .. } = notification;
+        self.read.get_mut().clear();
         let document = &params["textDocument"];
         let Some(uri) = document["uri"].as_str().map(str::to_owned) else { return Ok(()) };
         let text = match method.as_str() {
@@ -196,27 +209,35 @@ impl Server<'_> {
         Some((uri, at))
     }
 
-    fn open(&self, uri: &str) -> Open {
+    fn open(&self, uri: &str) -> Rc<Open> {
+        if let Some(open) = self.read.borrow().get(uri) {
+            return open.clone();
+        }
         let mut library = self.standard.clone();
         let text = self.texts.get(uri).cloned().unwrap_or_default();
         let source = Source::new(path_of(uri), text);
         let file = library.add_with(source, &|path| self.stdlib.read(path));
         let scope = check::scope_of(&library, file);
-        Open { library, file, scope }
+        let open = Rc::new(Open { library, file, scope, wrong: OnceCell::new() });
+        self.read.borrow_mut().insert(uri.to_owned(), open.clone());
+        open
     }
 
     fn text(&self, uri: &str) -> &str {
         self.texts.get(uri).map(String::as_str).unwrap_or_default()
     }
 
-    fn wrong(&self, uri: &str) -> Vec<Diagnostic> {
-        let open = self.open(uri);
-        check::check_file(&open.library, self.stdlib, open.file, &open.scope)
+    fn wrong<'o>(&self, open: &'o Open) -> &'o [Diagnostic] {
+        open.wrong
+            .get_or_init(|| check::check_file(&open.library, self.stdlib, open.file, &open.scope))
     }
 
     fn diagnostics(&self, uri: &str) -> Vec<lsp_types::Diagnostic> {
         let text = self.text(uri);
-        self.wrong(uri).iter().map(|diagnostic| diagnosed(diagnostic, uri, text)).collect()
+        self.wrong(&self.open(uri))
+            .iter()
+            .map(|diagnostic| diagnosed(diagnostic, uri, text))
+            .collect()
     }
 
     /// Returns the fixes of the mistakes that a stretch of text touches.
@@ -227,8 +248,8 @@ impl Server<'_> {
         let Some(asked) = asked else { return Value::Null };
         let touches =
             |found: &lsp_types::Range| found.start <= asked.end && asked.start <= found.end;
-        let wrong = self.wrong(uri);
-        let fixes = wrong.iter().filter_map(|diagnostic| {
+        let open = self.open(uri);
+        let fixes = self.wrong(&open).iter().filter_map(|diagnostic| {
             let fix = diagnostic.fix.as_ref()?;
             let told = diagnosed(diagnostic, uri, text);
             let edit = TextEdit { range: range(text, fix.span), new_text: fix.text.clone() };
