@@ -61,6 +61,74 @@ pub struct PointMass {
     pub moment: Vector3<f64>,
 }
 
+/// Where each body of a chain is in its parent, at some joint positions.
+#[derive(Debug, Clone)]
+pub struct Placed {
+    turn: [Matrix3<f64>; MOST_JOINTS],
+    place: [Vector3<f64>; MOST_JOINTS],
+}
+
+/// How each body of a chain moves, in its own frame: turning, its change, and the acceleration of the origin against a falling one.
+#[derive(Debug, Clone)]
+pub struct Moved {
+    placed: Placed,
+    w: [Vector3<f64>; MOST_JOINTS],
+    dw: [Vector3<f64>; MOST_JOINTS],
+    a: [Vector3<f64>; MOST_JOINTS],
+}
+
+/// What a body weighs more than another: mass (kg), mass times its middle (kg·m) and inertia about the frame's origin (kg·m²).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Excess {
+    mass: f64,
+    moment: Vector3<f64>,
+    inertia: Matrix3<f64>,
+}
+
+impl Excess {
+    /// Returns what `body` weighs more than `other`.
+    pub fn of(body: &Body, other: &Body) -> Self {
+        Self {
+            mass: body.mass - other.mass,
+            moment: body.moment - other.moment,
+            inertia: body.inertia - other.inertia,
+        }
+    }
+}
+
+/// Returns the force and the couple about its origin that it takes to move something as body `i` moves, in its frame.
+fn borne(
+    moved: &Moved,
+    i: usize,
+    (mass, moment, inertia): (f64, &Vector3<f64>, &Matrix3<f64>),
+) -> (Vector3<f64>, Vector3<f64>) {
+    let (w, dw, a) = (&moved.w[i], &moved.dw[i], &moved.a[i]);
+    let force = mass * a + dw.cross(moment) + w.cross(&w.cross(moment));
+    let couple = times(inertia, dw) + w.cross(&times(inertia, w)) + moment.cross(a);
+    (force, couple)
+}
+
+/// Returns moment and inertia about its origin of something with a mass, carried from a body's frame into that of its parent.
+fn seen_from_parent(
+    turn: &Matrix3<f64>,
+    place: &Vector3<f64>,
+    mass: f64,
+    moment: &Vector3<f64>,
+    inertia: &Matrix3<f64>,
+) -> (Vector3<f64>, Matrix3<f64>) {
+    let turned = times(turn, moment);
+    let mut here = turn * inertia * turn.transpose();
+    let round = 2.0 * place.dot(&turned) + mass * place.norm_squared();
+    for r in 0..3 {
+        for c in 0..3 {
+            here[(r, c)] -=
+                place[r] * turned[c] + turned[r] * place[c] + mass * place[r] * place[c];
+        }
+        here[(r, r)] += round;
+    }
+    (turned + mass * place, here)
+}
+
 impl Chain {
     /// Lays out a robot; `tip` is the link whose position is recorded, the robot's own tip if `None`.
     /// Everything the arm carries counts, the gripper included.
@@ -169,23 +237,62 @@ impl Chain {
         ddq: &[f64],
         tau: &mut [f64],
     ) {
+        self.inverse_placed(&self.placed(q), gravity, dq, ddq, tau);
+    }
+
+    /// As [`Self::inverse_under`], with the bodies placed already ([`Self::placed`]).
+    pub fn inverse_placed(
+        &self,
+        placed: &Placed,
+        gravity: &Vector3<f64>,
+        dq: &[f64],
+        ddq: &[f64],
+        tau: &mut [f64],
+    ) {
         let n = self.n();
-        let mut turn = [Matrix3::zeros(); MOST_JOINTS];
-        let mut place = [Vector3::zeros(); MOST_JOINTS];
-        let mut force = [Vector3::zeros(); MOST_JOINTS];
-        let mut couple = [Vector3::zeros(); MOST_JOINTS];
+        let moved = self.moved(placed, gravity, dq, ddq);
+        let Placed { turn, place } = placed;
+        let (mut force, mut couple) = (Vector3::zeros(), Vector3::zeros());
+        for i in (0..n).rev() {
+            let body = &self.bodies[i];
+            let own = borne(&moved, i, (body.mass, &body.moment, &body.inertia));
+            force += own.0;
+            couple += own.1;
+            let axis = body.axis.into_inner();
+            tau[i] = if body.slides { axis.dot(&force) } else { axis.dot(&couple) };
+            force = times(&turn[i], &force);
+            couple = times(&turn[i], &couple) + place[i].cross(&force);
+        }
+    }
+
+    /// Writes the torques that it takes more when body `body` weighs more by `excess`; those of joints behind it are 0.
+    pub fn inverse_of(&self, moved: &Moved, body: usize, excess: &Excess, tau: &mut [f64]) {
+        tau.fill(0.0);
+        let Placed { turn, place } = &moved.placed;
+        let of = (excess.mass, &excess.moment, &excess.inertia);
+        let (mut force, mut couple) = borne(moved, body, of);
+        for i in (0..=body).rev() {
+            let axis = self.bodies[i].axis.into_inner();
+            tau[i] = if self.bodies[i].slides { axis.dot(&force) } else { axis.dot(&couple) };
+            force = times(&turn[i], &force);
+            couple = times(&turn[i], &couple) + place[i].cross(&force);
+        }
+    }
+
+    /// Returns how the bodies move under a gravity (m/s², base axes).
+    pub fn moved(&self, placed: &Placed, gravity: &Vector3<f64>, dq: &[f64], ddq: &[f64]) -> Moved {
+        let none = [Vector3::zeros(); MOST_JOINTS];
+        let mut moved = Moved { placed: placed.clone(), w: none, dw: none, a: none };
         let (mut w, mut dw) = (Vector3::zeros(), Vector3::zeros());
         // The base accelerates upwards in place of gravity pulling every body down.
         let mut a = -gravity;
-        for i in 0..n {
-            let body = &self.bodies[i];
-            (turn[i], place[i]) = body.pose(q[i]);
-            let p = place[i];
-            let carried = a + dw.cross(&p) + w.cross(&w.cross(&p));
-            a = turned_back(&turn[i], &carried);
+        for (i, body) in self.bodies.iter().enumerate() {
+            let (turn, p) = (&placed.turn[i], &placed.place[i]);
+            let carried = a + dw.cross(p) + w.cross(&w.cross(p));
+            a = turned_back(turn, &carried);
             let axis = body.axis.into_inner();
-            let w_parent = turned_back(&turn[i], &w);
-            dw = turned_back(&turn[i], &dw);
+            let w_parent = turned_back(turn, &w);
+            dw = turned_back(turn, &dw);
             if body.slides {
                 w = w_parent;
                 a += 2.0 * w.cross(&(axis * dq[i])) + axis * ddq[i];
@@ -193,37 +300,57 @@ impl Chain {
                 dw += w_parent.cross(&(axis * dq[i])) + axis * ddq[i];
                 w = w_parent + axis * dq[i];
             }
-            force[i] = body.mass * a + dw.cross(&body.moment) + w.cross(&w.cross(&body.moment));
-            couple[i] = times(&body.inertia, &dw)
-                + w.cross(&times(&body.inertia, &w))
-                + body.moment.cross(&a);
+            (moved.w[i], moved.dw[i], moved.a[i]) = (w, dw, a);
         }
-        for i in (0..n).rev() {
-            let axis = self.bodies[i].axis.into_inner();
-            tau[i] = if self.bodies[i].slides { axis.dot(&force[i]) } else { axis.dot(&couple[i]) };
-            if i > 0 {
-                let f = times(&turn[i], &force[i]);
-                let c = times(&turn[i], &couple[i]) + place[i].cross(&f);
-                force[i - 1] += f;
-                couple[i - 1] += c;
-            }
-        }
+        moved
     }
 
     /// Writes the mass matrix at `q`, row by row, n × n.
+    ///
+    /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, §6.2: bodies joined from the tip inwards.
     pub fn mass_matrix(&self, q: &[f64], m: &mut [f64]) {
         let n = self.n();
-        let zero = [0.0; MOST_JOINTS];
-        let mut unit = [0.0; MOST_JOINTS];
-        let mut column = [0.0; MOST_JOINTS];
-        for j in 0..n {
-            unit[j] = 1.0;
-            self.inverse_under(&Vector3::zeros(), q, &zero[..n], &unit[..n], &mut column[..n]);
-            unit[j] = 0.0;
-            for i in 0..n {
-                m[i * n + j] = column[i];
+        let Placed { turn, place } = self.placed(q);
+        // All that joint `j` moves, in the frame of body `j`.
+        let (mut mass, mut moment, mut inertia) = (0.0, Vector3::zeros(), Matrix3::zeros());
+        for j in (0..n).rev() {
+            let body = &self.bodies[j];
+            mass += body.mass;
+            moment += body.moment;
+            inertia += body.inertia;
+            let axis = body.axis.into_inner();
+            let (mut force, mut couple) = if body.slides {
+                (mass * axis, moment.cross(&axis))
+            } else {
+                (axis.cross(&moment), times(&inertia, &axis))
+            };
+            for i in (0..=j).rev() {
+                let along = &self.bodies[i].axis;
+                let share =
+                    if self.bodies[i].slides { along.dot(&force) } else { along.dot(&couple) };
+                (m[i * n + j], m[j * n + i]) = (share, share);
+                force = times(&turn[i], &force);
+                couple = times(&turn[i], &couple) + place[i].cross(&force);
             }
+            (moment, inertia) = seen_from_parent(&turn[j], &place[j], mass, &moment, &inertia);
         }
+    }
+
+    /// Turns or slides joint `i` of placed bodies to `value`, rad or m.
+    pub fn place(&self, placed: &mut Placed, i: usize, value: f64) {
+        (placed.turn[i], placed.place[i]) = self.bodies[i].pose(value);
+    }
+
+    /// Returns where each body is in its parent at `q`.
+    pub fn placed(&self, q: &[f64]) -> Placed {
+        let mut placed = Placed {
+            turn: [Matrix3::zeros(); MOST_JOINTS],
+            place: [Vector3::zeros(); MOST_JOINTS],
+        };
+        for (i, value) in q.iter().enumerate().take(self.n()) {
+            self.place(&mut placed, i, *value);
+        }
+        placed
     }
 
     /// Returns the poses of the bodies in the base, base first.
@@ -277,12 +404,13 @@ impl Body {
         let (sin, cos) = value.sin_cos();
         let (x, y, z) = (axis.x, axis.y, axis.z);
         let part = axis * (1.0 - cos);
-        let about = [
-            Vector3::new(cos, z * sin, -y * sin) + part * x,
-            Vector3::new(-z * sin, cos, x * sin) + part * y,
-            Vector3::new(y * sin, -x * sin, cos) + part * z,
-        ];
-        (Matrix3::from_columns(&about.map(|column| times(&self.turn, &column))), origin)
+        let first = times(&self.turn, &(Vector3::new(cos, z * sin, -y * sin) + part * x));
+        let second = times(&self.turn, &(Vector3::new(-z * sin, cos, x * sin) + part * y));
+        let third = times(&self.turn, &(Vector3::new(y * sin, -x * sin, cos) + part * z));
+        let turn = Matrix3::new(
+            first.x, second.x, third.x, first.y, second.y, third.y, first.z, second.z, third.z,
+        );
+        (turn, origin)
     }
 
     /// Makes the body heavier by a part of what it is, its mass spread as it was.

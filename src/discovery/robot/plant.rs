@@ -6,7 +6,7 @@
 //! The controller, friction and all other effects are simulated as they are. A simulation of ten
 //! seconds then takes about two milliseconds instead of fifty.
 
-use super::chain::{Chain, MOST_JOINTS};
+use super::chain::{Chain, Excess, MOST_JOINTS, Placed};
 use super::channels::{Data, Quantity};
 use super::spline::Spline;
 use crate::discovery::recording::sidecar::{Controller, TorqueSensor};
@@ -149,24 +149,27 @@ impl Plant {
         dq[..n].copy_from_slice(&self.dq[row.clone()]);
         ddq[..n].copy_from_slice(&self.ddq[row.clone()]);
         let zero = [0.0; MOST_JOINTS];
-        chain.inverse(&q[..n], &dq[..n], &zero[..n], &mut self.bias[row.clone()]);
-        chain.inverse(&q[..n], &zero[..n], &zero[..n], &mut self.feedforward[row]);
+        let mut placed = chain.placed(&q[..n]);
+        let inverse = |placed: &Placed, dq: &[f64], ddq: &[f64], tau: &mut [f64]| {
+            chain.inverse_placed(placed, &chain.gravity, dq, ddq, tau);
+        };
+        inverse(&placed, &dq, &zero, &mut self.bias[row.clone()]);
+        inverse(&placed, &zero, &zero, &mut self.feedforward[row]);
         let (mut up, mut down) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
         for j in 0..n {
-            let kept = q[j];
-            q[j] = kept + DIFFERENCE;
-            chain.inverse(&q[..n], &dq[..n], &ddq[..n], &mut up[..n]);
-            q[j] = kept - DIFFERENCE;
-            chain.inverse(&q[..n], &dq[..n], &ddq[..n], &mut down[..n]);
-            q[j] = kept;
+            chain.place(&mut placed, j, q[j] + DIFFERENCE);
+            inverse(&placed, &dq, &ddq, &mut up);
+            chain.place(&mut placed, j, q[j] - DIFFERENCE);
+            inverse(&placed, &dq, &ddq, &mut down);
+            chain.place(&mut placed, j, q[j]);
             for i in 0..n {
                 self.stiffness[(k * n + i) * n + j] = (up[i] - down[i]) / (2.0 * DIFFERENCE);
             }
             let kept = dq[j];
             dq[j] = kept + DIFFERENCE;
-            chain.inverse(&q[..n], &dq[..n], &zero[..n], &mut up[..n]);
+            inverse(&placed, &dq, &zero, &mut up);
             dq[j] = kept - DIFFERENCE;
-            chain.inverse(&q[..n], &dq[..n], &zero[..n], &mut down[..n]);
+            inverse(&placed, &dq, &zero, &mut down);
             dq[j] = kept;
             for i in 0..n {
                 self.damping[(k * n + i) * n + j] = (up[i] - down[i]) / (2.0 * DIFFERENCE);
@@ -210,6 +213,23 @@ impl Plant {
             }
         }
         column
+    }
+
+    /// Returns the columns of bodies that weigh more, as [`Self::column`] does for one unit of each, all of them at once: of each which body and
+    /// what more.
+    pub fn columns(&self, arm: &Arm, heavier: &[(usize, Excess)]) -> Vec<Vec<f64>> {
+        let (n, chain) = (self.n, &arm.chain);
+        let mut columns = vec![vec![0.0; self.len * n]; heavier.len()];
+        for k in 0..self.len {
+            let row = k * n..(k + 1) * n;
+            let placed = chain.placed(&self.q[row.clone()]);
+            let (dq, ddq) = (&self.dq[row.clone()], &self.ddq[row.clone()]);
+            let moved = chain.moved(&placed, &chain.gravity, dq, ddq);
+            for (column, (body, excess)) in columns.iter_mut().zip(heavier) {
+                chain.inverse_of(&moved, *body, excess, &mut column[row.clone()]);
+            }
+        }
+        columns
     }
 }
 

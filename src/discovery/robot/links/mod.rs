@@ -353,10 +353,11 @@ impl Columns {
         let models = gap.models(set);
         let n = models.first()?.arm.chain.n();
         let here = gap.residuals(set, &[], &[])?;
-        let of_body = |at: usize| -> Vec<f64> {
-            models.iter().flat_map(|m| m.body_column(at / NUMBERS, at % NUMBERS)).collect()
-        };
-        let bodies = (0..n * NUMBERS).into_par_iter().map(of_body).collect();
+        let each: Vec<_> = models.par_iter().map(Model::body_columns).collect();
+        let mut bodies = vec![Vec::new(); n * NUMBERS];
+        for columns in each {
+            bodies.iter_mut().zip(columns).for_each(|(all, one)| all.extend(one));
+        }
         let [viscous, offset, rotor] = [Law::Viscous, Law::TorqueOffset, Law::Armature]
             .map(|law| of_law(gap, set, &here, (law, &[1.0])));
         // What a sensor would show twice is what the model says of it.
@@ -410,7 +411,7 @@ fn summed(gap: &ArmGap, set: Set, here: &[f64], columns: &[&Vec<f64>]) -> Option
             .collect();
         let a = DMatrix::from_fn(rows.len(), columns.len(), |i, k| columns[k][rows[i]]);
         let b = DVector::from_fn(rows.len(), |i, _| here[rows[i]]);
-        let gram = a.tr_mul(&a);
+        let gram = products(&a);
         let along = a.tr_mul(&b);
         // How long what no number explains lasts: by what the richest fit leaves.
         let ridge = DMatrix::from_diagonal(&gram.diagonal().map(|d| 1e-9 * d + 1e-300));
@@ -421,6 +422,14 @@ fn summed(gap: &ArmGap, set: Set, here: &[f64], columns: &[&Vec<f64>]) -> Option
         Some(Sums { joint: channel.index, gram, along, square, rows: count, related })
     };
     torques.map(of).collect()
+}
+
+/// Returns the products of all pairs of columns.
+fn products(a: &DMatrix<f64>) -> DMatrix<f64> {
+    let (rows, n) = a.shape();
+    let all = faer::MatRef::from_column_major_slice(a.as_slice(), rows, n);
+    let products = all.transpose() * all;
+    DMatrix::from_fn(n, n, |i, k| products[(i, k)])
 }
 
 /// What a file's numbers are rarely off by, in units of what they usually are.

@@ -17,7 +17,7 @@ use std::sync::{Arc as Shared, Mutex, OnceLock};
 
 use active::ActiveEffects;
 
-use super::chain::Chain;
+use super::chain::{Chain, Excess};
 use super::channels::{Channel, Quantity};
 use super::links::body;
 use super::load::Load;
@@ -176,22 +176,34 @@ impl Model {
         predicted.map(|channel| self.judged(channel, set)).sum()
     }
 
-    /// Returns by how much each residual falls for one unit more of a number of a body, in the order of
-    /// [`Self::residuals`].
-    pub(super) fn body_column(&self, body: usize, number: usize) -> Vec<f64> {
-        let change = |chain: &mut Chain| body::change(&mut chain.bodies[body], number, 1.0);
-        let column = self.course.plant.column(&self.arm, change, 1.0);
-        let mut found = Vec::new();
+    /// Returns by how much each residual falls for one unit more of each number of each body, in the order of
+    /// [`Self::residuals`]: all numbers of the first body, then those of the next.
+    pub(super) fn body_columns(&self) -> Vec<Vec<f64>> {
+        let bodies = self.arm.chain.bodies.iter().enumerate();
+        let heavier: Vec<(usize, Excess)> = bodies
+            .flat_map(|(at, body)| {
+                (0..body::NUMBERS).map(move |number| {
+                    let mut changed = body.clone();
+                    body::change(&mut changed, number, 1.0);
+                    (at, Excess::of(&changed, body))
+                })
+            })
+            .collect();
+        let columns = self.course.plant.columns(&self.arm, &heavier);
+        let mut found = vec![Vec::new(); columns.len()];
         for channel in &self.course.data.channels {
             if !self.is_predicted(channel.quantity) {
                 continue;
             }
-            found.extend(self.course.data.time.iter().enumerate().map(|(row, time)| {
-                if channel.quantity != Quantity::Torque || !self.is_judged(channel, row) {
-                    return 0.0;
+            for (row, time) in self.course.data.time.iter().enumerate() {
+                let is_felt = channel.quantity == Quantity::Torque && self.is_judged(channel, row);
+                let at = is_felt.then(|| GridPoint::at(&self.course.plant, *time));
+                for (found, column) in found.iter_mut().zip(&columns) {
+                    found.push(
+                        at.as_ref().map_or(0.0, |at| at.of(column, channel.index) / channel.noise),
+                    );
                 }
-                GridPoint::at(&self.course.plant, *time).of(&column, channel.index) / channel.noise
-            }));
+            }
         }
         found
     }
