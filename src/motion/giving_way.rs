@@ -4,9 +4,8 @@
 //! accelerated more than it can be, passes the end of its range or its speed, and what is sent is the mean over a short window, which
 //! bounds jerk as well. The arm is half a window behind the policies for it; obstacles are put where they will be then.
 //!
-//! An obstacle's speed is the slope of where it was seen lately; how it turns is learnt from the next sight alone. One that is
-//! not seen any more goes on for half a second and then rests where it would be: nobody knows that it is gone. Nothing is promised
-//! of what comes faster than the arm can give way: whoever sends this to an arm looks at [`GivingWay::nearest`] and stops it.
+//! How fast an obstacle moves is told by where it was seen lately ([`super::sights`]); how it turns is learnt from the next sight alone.
+//! One that is not seen any more rests where it would be until somebody says that it has gone. Nothing is promised of what comes faster than the arm can give way: whoever sends this to an arm looks at [`GivingWay::nearest`] and stops it.
 //!
 //! Not a plan: it can come to rest before its target. Nothing here moves an arm.
 
@@ -17,14 +16,8 @@ use nalgebra::Vector3;
 use super::collision::{CollisionWorld, Obstacle};
 use super::error::Error;
 use super::rmpflow::{Moving, Policy, STEP, Target};
+use super::sights::{REMEMBERED, Sights};
 use super::trajectory::{Limits, Sample};
-
-/// So far back sights tell how fast an obstacle moves, s. Chosen: six pictures of a camera at 30 Hz; a millimetre of noise in each
-/// is then 6 mm/s, and a thing that starts to move is known to after a third of the way.
-const RECENT: f64 = 0.2;
-/// An obstacle that was not seen for so long is taken to rest where it would be now, s. Chosen: longer than a hand that passes
-/// before the camera, shorter than most things go on as they did.
-const REMEMBERED: f64 = 0.5;
 
 /// A motion that gives way, at one instant.
 pub struct GivingWay<'w> {
@@ -41,8 +34,10 @@ pub struct GivingWay<'w> {
 /// What was seen of an obstacle lately.
 #[derive(Debug, Clone, Default)]
 struct Seen {
-    /// When, s, and where the first of its parts was, m.
-    sights: VecDeque<(f64, Vector3<f64>)>,
+    /// Of the first of its parts.
+    sights: Sights,
+    /// Its parts as they were seen last.
+    parts: Vec<Obstacle>,
     is_moving: bool,
 }
 
@@ -88,19 +83,17 @@ impl<'w> GivingWay<'w> {
         let Some(first) = parts.first() else { return Ok(()) };
         let numbers =
             |part: &Obstacle| part.solid.pose.to_homogeneous().iter().all(|x| x.is_finite());
-        let last = self.seen.get(&first.name).and_then(|seen| seen.sights.back());
-        let is_later = time.is_finite() && last.is_none_or(|(before, _)| *before < time);
-        if !is_later || !parts.iter().all(numbers) {
-            return Err(Error::Sight { name: first.name.clone(), time });
+        let no_sight = || Error::Sight { name: first.name.clone(), time };
+        if !parts.iter().all(numbers) {
+            return Err(no_sight());
         }
         let seen = self.seen.entry(first.name.clone()).or_default();
-        seen.sights.push_back((time, first.solid.pose.translation.vector));
-        while seen.sights.len() > 2 && seen.sights.front().is_some_and(|(t, _)| *t < time - RECENT)
-        {
-            seen.sights.pop_front();
+        if !seen.sights.add(time, first.solid.pose.translation.vector) {
+            return Err(no_sight());
         }
         seen.is_moving = true;
-        let velocity = slope(&seen.sights);
+        seen.parts = parts.to_vec();
+        let velocity = seen.sights.velocity();
         // What is sent is the mean over the window: the arm is where the policies were half of it ago.
         let behind = 0.5 * STEP * self.window.len() as f64;
         let since = (self.time - time).clamp(0.0, REMEMBERED) + behind;
@@ -112,6 +105,18 @@ impl<'w> GivingWay<'w> {
         self.policy.place_parts(&parts.iter().map(moved).collect::<Vec<_>>());
         self.policy.moves(&first.name, &velocity);
         Ok(())
+    }
+
+    /// Takes in that an obstacle that was seen has gone: nothing is kept away from any more where it was.
+    pub fn forgets(&mut self, name: &str) {
+        /// Farther than any arm feels, m.
+        const AWAY: f64 = 1e6;
+        let Some(mut seen) = self.seen.remove(name) else { return };
+        for part in &mut seen.parts {
+            part.solid.pose.translation.vector.z = AWAY;
+        }
+        self.policy.place_parts(&seen.parts);
+        self.policy.moves(name, &Vector3::zeros());
     }
 
     /// Lets [`STEP`] s pass and returns where the joints are to be then, how fast, and how accelerated.
@@ -139,7 +144,7 @@ impl<'w> GivingWay<'w> {
         self.policy.carry_on();
         self.time += STEP;
         for (name, seen) in &mut self.seen {
-            let last = seen.sights.back().map_or(self.time, |(time, _)| *time);
+            let last = seen.sights.last().unwrap_or(self.time);
             if seen.is_moving && self.time - last > REMEMBERED {
                 seen.is_moving = false;
                 self.policy.moves(name, &Vector3::zeros());
@@ -174,16 +179,4 @@ impl<'w> GivingWay<'w> {
 fn stoppable(room: f64, brake: f64) -> f64 {
     let step = brake * STEP;
     0.5 * ((step * step + 8.0 * brake * room.max(0.0)).sqrt() - step)
-}
-
-/// Returns the slope of the line through places over time that is least off in the mean of squares, m/s.
-fn slope(sights: &VecDeque<(f64, Vector3<f64>)>) -> Vector3<f64> {
-    let share = (sights.len() as f64).recip();
-    let time = sights.iter().map(|(t, _)| t * share).sum::<f64>();
-    let (mut up, mut square) = (Vector3::zeros(), 0.0);
-    for (t, place) in sights {
-        up += (t - time) * place;
-        square += (t - time) * (t - time);
-    }
-    if square > 0.0 { up / square } else { Vector3::zeros() }
 }

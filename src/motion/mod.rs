@@ -71,6 +71,7 @@ mod connect;
 mod simplify;
 pub mod rrt;
 mod outward;
+pub mod separation;
 mod rmp;
 mod pullback;
 pub mod rmpflow;
@@ -83,6 +84,7 @@ mod passage;
 mod passing;
 mod timing;
 pub mod trajectory;
+pub mod sights;
 pub mod giving_way;
 pub mod cartesian;
 
