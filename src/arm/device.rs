@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::cancel::Cancel;
 use super::error::DeviceError;
-use super::limits::{Cleared, ClearedGrip};
-use crate::world::Window;
+use super::limits::{Cleared, ClearedGrip, ClearedTick};
+use crate::world::{Mover, Window};
 
 /// What the arm reports of itself at one instant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -30,6 +30,9 @@ pub struct Feedback {
     /// What a scale with a cable reads, kg: recorded with the rest, never asked by a task.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
+    /// What moves by itself near the arm, all of it, where somebody watches: what is not in the list any more has gone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moving: Vec<Mover>,
 }
 
 /// How evenly positions were streamed to an arm.
@@ -73,6 +76,9 @@ pub struct Weighing {
     pub spilt: f64,
 }
 
+/// Who leads an arm: is told how it is, and says where it is to be a control period later; nothing when it is led no further.
+pub type Leader<'l> = dyn FnMut(&Feedback) -> Option<ClearedTick> + 'l;
+
 /// A robot arm with a two-finger gripper.
 pub trait Arm: Send {
     /// Returns what the arm says of itself now.
@@ -89,6 +95,26 @@ pub trait Arm: Send {
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError>;
+
+    /// Returns the control period with which it can be led ([`Self::lead`]), s; nothing where it only follows.
+    fn led_every(&self) -> Option<f64> {
+        None
+    }
+
+    /// Is led, a control period at a time, until `leader` says nothing more; is brought to rest then. `watch` sees every tick.
+    ///
+    /// # Errors
+    ///
+    /// [`DeviceError::Stopped`] when cancelled: the arm has been brought to rest and holds. [`DeviceError::Unavailable`] from an
+    /// arm that only follows.
+    fn lead(
+        &mut self,
+        _leader: &mut Leader<'_>,
+        _cancel: &Cancel,
+        _watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        Err(DeviceError::Unavailable("this arm only follows what is planned before".into()))
+    }
 
     /// Moves the fingers as asked and waits until they rest.
     fn grip(

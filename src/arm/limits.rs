@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::motion::Robot;
-use crate::motion::trajectory::Trajectory;
+use crate::motion::trajectory::{Sample, Trajectory};
 use crate::world::Pose;
 use crate::world::frame::{Base, World};
 
@@ -27,6 +27,20 @@ impl Cleared {
     /// Returns the trajectory.
     pub fn trajectory(&self) -> &Trajectory {
         &self.trajectory
+    }
+}
+
+/// Where an arm that is led is to be a control period later, after it has passed the limits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClearedTick {
+    q: Vec<f64>,
+    dq: Vec<f64>,
+}
+
+impl ClearedTick {
+    /// Returns joint positions, rad, and speeds, rad/s.
+    pub fn into_order(self) -> (Vec<f64>, Vec<f64>) {
+        (self.q, self.dq)
     }
 }
 
@@ -116,43 +130,8 @@ impl Limits {
         for tick in 0..=ticks {
             let time_s = tick as f64 * 0.01;
             let at = trajectory.sample(time_s);
-            if at.q.iter().chain(&at.dq).any(|value| !value.is_finite()) {
-                return Err(LimitError::NotFinite { time_s });
-            }
-            for (i, limit) in robot.joints().iter().enumerate() {
-                let (q, dq) = (at.q[i], at.dq[i].abs());
-                if q < limit.lower - 1e-9 || q > limit.upper + 1e-9 {
-                    return Err(LimitError::Range {
-                        joint: i + 1,
-                        time_s,
-                        value_deg: q.to_degrees(),
-                        lower_deg: limit.lower.to_degrees(),
-                        upper_deg: limit.upper.to_degrees(),
-                    });
-                }
-                if dq > limit.velocity * self.scale {
-                    return Err(LimitError::Speed {
-                        joint: i + 1,
-                        time_s,
-                        value_deg_s: dq.to_degrees(),
-                        limit_deg_s: limit.velocity.to_degrees(),
-                    });
-                }
-            }
-            for (i, limit) in robot.joints().iter().enumerate() {
-                let ddq = at.ddq[i].abs();
-                if ddq > limit.acceleration * self.scale {
-                    return Err(LimitError::Acceleration {
-                        joint: i + 1,
-                        time_s,
-                        value_deg_s2: ddq.to_degrees(),
-                        limit_deg_s2: limit.acceleration.to_degrees(),
-                    });
-                }
-            }
-            let base_from_tool =
-                robot.forward_tool(&at.q).expect("a trajectory has one angle per joint");
-            let height = (*world_from_base * base_from_tool).origin().z;
+            self.within(robot, &at, time_s)?;
+            let height = height(robot, world_from_base, &at.q);
             if tick == 0 && height < lowest {
                 // A tool that is below the floor already may leave it, and goes no lower than it is.
                 lowest = height - 1e-6;
@@ -163,6 +142,78 @@ impl Limits {
             }
         }
         Ok(Cleared { trajectory })
+    }
+
+    /// Clears where an arm that is led is to be one control period of `period` s after the last command `from` (rad and rad/s), `time_s`
+    /// after it began to be led; or says what is wrong with it.
+    ///
+    /// # Errors
+    ///
+    /// The first thing found, as [`Self::clear`]; a jump is what no joint can turn in the period.
+    pub fn clear_tick(
+        &self,
+        robot: &Robot,
+        world_from_base: &Pose<World, Base>,
+        [q, dq]: [Vec<f64>; 2],
+        from: [&[f64]; 2],
+        (time_s, period): (f64, f64),
+    ) -> Result<ClearedTick, LimitError> {
+        let ddq = dq.iter().zip(from[1]).map(|(now, before)| (now - before) / period).collect();
+        let at = Sample { q, dq, ddq };
+        self.within(robot, &at, time_s)?;
+        let limits = robot.joints().iter();
+        for (i, ((a, b), limit)) in at.q.iter().zip(from[0]).zip(limits).enumerate() {
+            if (a - b).abs() > limit.velocity * self.scale * period + 1e-9 {
+                let jump_deg = (a - b).abs().to_degrees();
+                return Err(LimitError::Jump { joint: i + 1, jump_deg });
+            }
+        }
+        let (is, was) =
+            (height(robot, world_from_base, &at.q), height(robot, world_from_base, from[0]));
+        if is < self.floor && is < was - 1e-6 {
+            let (height_mm, floor_mm) = (is * 1e3, self.floor * 1e3);
+            return Err(LimitError::Floor { height_mm, floor_mm, time_s });
+        }
+        Ok(ClearedTick { q: at.q, dq: at.dq })
+    }
+
+    /// Whether joint positions, speeds and accelerations are some that the robot has and may use.
+    fn within(&self, robot: &Robot, at: &Sample, time_s: f64) -> Result<(), LimitError> {
+        if at.q.iter().chain(&at.dq).any(|value| !value.is_finite()) {
+            return Err(LimitError::NotFinite { time_s });
+        }
+        for (i, limit) in robot.joints().iter().enumerate() {
+            let (q, dq) = (at.q[i], at.dq[i].abs());
+            if q < limit.lower - 1e-9 || q > limit.upper + 1e-9 {
+                return Err(LimitError::Range {
+                    joint: i + 1,
+                    time_s,
+                    value_deg: q.to_degrees(),
+                    lower_deg: limit.lower.to_degrees(),
+                    upper_deg: limit.upper.to_degrees(),
+                });
+            }
+            if dq > limit.velocity * self.scale {
+                return Err(LimitError::Speed {
+                    joint: i + 1,
+                    time_s,
+                    value_deg_s: dq.to_degrees(),
+                    limit_deg_s: limit.velocity.to_degrees(),
+                });
+            }
+        }
+        for (i, limit) in robot.joints().iter().enumerate() {
+            let ddq = at.ddq[i].abs();
+            if ddq > limit.acceleration * self.scale {
+                return Err(LimitError::Acceleration {
+                    joint: i + 1,
+                    time_s,
+                    value_deg_s2: ddq.to_degrees(),
+                    limit_deg_s2: limit.acceleration.to_degrees(),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Clears a move of the fingers to `opening` m at `speed` m/s with at most `force` N a pad.
@@ -191,6 +242,12 @@ impl Limits {
         within(Fingers::Force, force, self.finger_force)?;
         Ok(ClearedGrip { opening, speed, force })
     }
+}
+
+/// Returns how high the tool is above the table at `q`, m.
+fn height(robot: &Robot, world_from_base: &Pose<World, Base>, q: &[f64]) -> f64 {
+    let base_from_tool = robot.forward_tool(q).expect("a command has one angle per joint");
+    (*world_from_base * base_from_tool).origin().z
 }
 
 /// What of the fingers is limited.

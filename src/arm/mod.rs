@@ -13,6 +13,6 @@ pub mod ticked;
 
 pub use cancel::Cancel;
 pub use device::{
-    Arm, Camera, Feedback, Film, Grip, Pacing, Plate, Scales, Shot, SmallShot, Weighing,
+    Arm, Camera, Feedback, Film, Grip, Leader, Pacing, Plate, Scales, Shot, SmallShot, Weighing,
 };
 pub use error::DeviceError;

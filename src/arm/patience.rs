@@ -4,7 +4,7 @@
 //! between steps and the recording are about what the arm did, so its clock stands still here for as long.
 
 use super::limits::{Cleared, ClearedGrip};
-use super::{Arm, Cancel, DeviceError, Feedback, Grip, Pacing};
+use super::{Arm, Cancel, DeviceError, Feedback, Grip, Leader, Pacing};
 
 /// An arm whose time stands still while a person is asked.
 pub struct Patient {
@@ -55,6 +55,23 @@ impl Arm for Patient {
         self.arm.follow(trajectory, cancel, &mut Self::shifted(self.left_out, watch))
     }
 
+    fn led_every(&self) -> Option<f64> {
+        self.arm.led_every()
+    }
+
+    fn lead(
+        &mut self,
+        leader: &mut Leader<'_>,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        let left_out = self.left_out;
+        let mut leader = |feedback: &Feedback| {
+            leader(&Feedback { time: feedback.time - left_out, ..feedback.clone() })
+        };
+        self.arm.lead(&mut leader, cancel, &mut Self::shifted(left_out, watch))
+    }
+
     fn grip(
         &mut self,
         grip: &ClearedGrip,
@@ -102,7 +119,16 @@ mod tests {
             self.0 += 1.0;
             let none = Vec::new;
             let (q_cmd, q, dq, tau) = (none(), none(), none(), none());
-            Ok(Feedback { time: self.0, q_cmd, q, dq, tau, opening: 0.0, mass: None })
+            Ok(Feedback {
+                time: self.0,
+                q_cmd,
+                q,
+                dq,
+                tau,
+                opening: 0.0,
+                mass: None,
+                moving: Vec::new(),
+            })
         }
         fn follow(
             &mut self,

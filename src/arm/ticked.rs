@@ -4,7 +4,7 @@
 //! following, gripping, waiting and stopping are written once.
 
 use super::limits::{Cleared, ClearedGrip};
-use super::{Arm, Cancel, DeviceError, Feedback, Grip};
+use super::{Arm, Cancel, DeviceError, Feedback, Grip, Leader};
 
 /// Something with an arm that is stepped through time.
 pub trait Plant: Send {
@@ -158,6 +158,24 @@ impl<P: Plant> Arm for Ticked<P> {
             let at = trajectory.sample(t.min(duration));
             Some((at.q, at.dq))
         })
+    }
+
+    fn led_every(&self) -> Option<f64> {
+        Some(PERIOD)
+    }
+
+    fn lead(
+        &mut self,
+        leader: &mut Leader<'_>,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        while !cancel.is_cancelled() {
+            let Some(order) = leader(&self.told()) else { return self.brake(watch) };
+            self.tick(Some(order.into_order()), watch)?;
+        }
+        self.brake(watch)?;
+        Err(DeviceError::Stopped)
     }
 
     fn grip(

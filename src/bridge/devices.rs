@@ -109,6 +109,7 @@ impl Plant for BridgePlant {
             tau: self.told.tau.clone(),
             opening: self.told.opening,
             mass: None,
+            moving: self.told.moving.clone(),
         }
     }
 }

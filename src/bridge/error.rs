@@ -1,6 +1,7 @@
 //! What may be wrong with a reality behind a bridge, and what would help.
 
 use crate::arm::DeviceError;
+use crate::world::mover;
 
 /// What is wrong with a bridge or its answers.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -95,6 +96,22 @@ pub enum Error {
         /// Which number.
         field: &'static str,
     },
+    /// Something that moves by itself is no ball at a time before now.
+    #[error("number {which} of `moving` in the answer to `{request}` is no ball with a name")]
+    Mover {
+        /// What was asked.
+        request: &'static str,
+        /// Its place in the list, from 1.
+        which: usize,
+    },
+    /// More moves by itself than is heard of.
+    #[error("`moving` in the answer to `{request}` has {got} balls; {} are heard of", mover::MOST)]
+    Movers {
+        /// What was asked.
+        request: &'static str,
+        /// How many there are.
+        got: usize,
+    },
     /// The server's clock went back.
     #[error("the bridge's clock went back from {from:.6} s to {to:.6} s")]
     ClockWentBack {
@@ -154,6 +171,10 @@ impl Error {
             Self::Length { .. } | Self::NotFinite { .. } => {
                 "let the server check what it sends: one finite number for each joint"
             }
+            Self::Mover { .. } => {
+                "give it a name, its middle in m, a radius above 0 and up to 2 m, and an age of 0 s or more"
+            }
+            Self::Movers { .. } => "put balls around what is near the arm, and leave the rest out",
             Self::ClockWentBack { .. } => {
                 "let the server's time only go on; a reset needs a new connection"
             }

@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use super::error::Error;
 use super::wire::{Hello, Photo, Refusal, Request, Step, Told, VERSION};
 use crate::arm::Weighing;
+use crate::world::{Mover, mover};
 
 /// The longest line, bytes (protocol 1).
 const LONGEST: usize = 16 << 20;
@@ -242,6 +243,14 @@ fn wrong(told: &Told, request: &'static str, joints: usize, before: Option<f64>)
         if !number.is_finite() {
             return Some(Error::NotFinite { request, field });
         }
+    }
+    let is_sound = |mover: &Mover| mover.is_sound() && !mover.name.is_empty();
+    let too_many = told.moving.len() > mover::MOST;
+    if let Some(which) = told.moving.iter().position(|mover| !is_sound(mover)) {
+        return Some(Error::Mover { request, which: which + 1 });
+    }
+    if too_many {
+        return Some(Error::Movers { request, got: told.moving.len() });
     }
     let from = before?;
     (told.t < from).then_some(Error::ClockWentBack { from, to: told.t })

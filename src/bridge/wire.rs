@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::world::Mover;
+
 /// The version of the protocol that is spoken.
 pub const VERSION: u32 = 1;
 
@@ -112,6 +114,9 @@ pub struct Told {
     pub tau: Vec<f64>,
     /// Opening between the pads, m.
     pub opening: f64,
+    /// What moves by itself near the arm, all of it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moving: Vec<Mover>,
 }
 
 /// A photograph.

@@ -72,6 +72,7 @@ impl Plant for Ideal {
             tau: vec![0.0; self.q.len()],
             opening: self.opening,
             mass: None,
+            moving: Vec::new(),
         }
     }
 }

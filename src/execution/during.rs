@@ -101,7 +101,8 @@ struct Motion {
     sight: Box<dyn Sight>,
     /// Arm time of its first tick, s.
     began: Option<f64>,
-    /// How long it is to take, s.
+    /// How much of it was over at its first tick, and how long it is to take altogether, s.
+    over: f64,
     seconds: f64,
 }
 
@@ -168,9 +169,9 @@ impl During {
         Self { rehearsed, ..self }
     }
 
-    /// Begins a motion, or a wait, that is to take `seconds`.
-    pub fn motion_begins(&mut self, sight: Box<dyn Sight>, seconds: f64) {
-        self.motion = Some(Motion { sight, began: None, seconds });
+    /// Begins a motion, or a wait, that is to take `seconds`, or goes on with it when `over` s of it are over.
+    pub fn motion_begins(&mut self, sight: Box<dyn Sight>, over: f64, seconds: f64) {
+        self.motion = Some(Motion { sight, began: None, over, seconds });
     }
 
     /// Ends it.
@@ -220,7 +221,7 @@ impl During {
         // On a grid from the step's beginning, whatever the arm's own rate.
         let grid = ((feedback.time - self.begin + 1e-9) / PERIOD).floor();
         self.next = self.begin + (grid + 1.0) * PERIOD;
-        let elapsed = feedback.time - began;
+        let elapsed = motion.over + feedback.time - began;
         self.cut = self.judge(feedback, elapsed);
         if let (Some(Cut::Ended { .. }), Some(motion)) = (&self.cut, &self.motion) {
             let along = elapsed / motion.seconds.max(1e-3);

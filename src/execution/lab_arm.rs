@@ -73,6 +73,7 @@ impl Plant for LabPlant {
             tau: told.tau,
             opening: told.opening,
             mass: told.scale,
+            moving: told.moving,
         }
     }
 }

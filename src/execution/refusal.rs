@@ -161,6 +161,24 @@ pub enum Refusal {
         /// How far the hand went, m.
         way: f64,
     },
+    /// The arm was stopped for something that moves by itself.
+    #[error("the arm was stopped: `{name}` would have come within {:.0} cm", 100.0 * .apart.max(0.0))]
+    CameNear {
+        /// What it is called.
+        name: String,
+        /// How near it would have come, m.
+        apart: f64,
+        /// When the arm was told to stop, s of arm time.
+        time: f64,
+    },
+    /// Something that moves by itself stayed in the way.
+    #[error("`{name}` has been in the way for {seconds:.0} s; the arm waits no longer")]
+    InTheWay {
+        /// What it is called.
+        name: String,
+        /// How long it was waited for, s.
+        seconds: f64,
+    },
     /// The joints cannot feel a force along this way.
     #[error("the joints do not feel what pushes that way")]
     Numb,

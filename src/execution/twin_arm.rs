@@ -55,6 +55,7 @@ impl Plant for TwinPlant {
             tau: twin.torques_felt(),
             opening: twin.opening(),
             mass: None,
+            moving: Vec::new(),
         }
     }
 }

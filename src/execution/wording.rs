@@ -112,6 +112,21 @@ pub(super) fn moves_until(by: [f64; 3], force: f64) -> String {
     format!("move straight until {force:.1} N are felt, at most {:.1} cm", 100.0 * way)
 }
 
+/// The arm stands still for something that moves by itself, which would have come so near, m.
+pub(super) fn waits_for(name: &str, apart: f64) -> String {
+    format!("the arm waits: `{name}` would come within {:.0} cm", 100.0 * apart.max(0.0))
+}
+
+/// It has passed after so many seconds.
+pub(super) fn goes_on_past(name: &str, seconds: f64) -> String {
+    format!("the arm goes on after {seconds:.1} s: `{name}` has passed")
+}
+
+/// A free motion by policies, among things that move.
+pub(super) fn gives_way() -> String {
+    "the arm gives way to what moves while it goes there".to_owned()
+}
+
 /// What `arm.offer` does: an object, until so many N are felt, for so many s at most.
 pub(super) fn offers(object: &str, force: f64, seconds: f64) -> String {
     format!(

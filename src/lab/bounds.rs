@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::settings::{LabSettings, Range};
 use super::{Error, Unsound};
+use crate::world::mover;
 
 impl LabSettings {
     /// Says what makes no sense.
@@ -73,6 +74,23 @@ impl LabSettings {
                 within(&format!("clutter[{number}].size_m.{axis}"), size, [1e-3, 1.0])?;
             }
             within(&format!("clutter[{number}].mass_kg"), thing.mass_kg, [1e-3, 100.0])?;
+        }
+        size("watch.late_s", self.watch.late_s, 10.0)?;
+        within("watch.every_s", self.watch.every_s, [1e-3, 10.0])?;
+        size("watch.sigma_m", self.watch.sigma_m, 1.0)?;
+        if self.moving.len() > mover::MOST {
+            let (value, most) = (self.moving.len() as f64, mover::MOST as f64);
+            within("moving", value, [0.0, most])?;
+        }
+        for (number, passer) in self.moving.iter().enumerate() {
+            let key = |what: &str| format!("moving[{number}].{what}");
+            within(&key("radius_m"), passer.radius_m, [1e-3, mover::LARGEST])?;
+            within(&key("speed_m_s"), passer.speed_m_s, [0.0, 10.0])?;
+            within(&key("begins_s"), passer.begins_s, [0.0, 86_400.0])?;
+            within(&key("way_m (corners)"), passer.way_m.len() as f64, [1.0, 1e3])?;
+            for x in passer.way_m.iter().flatten() {
+                within(&key("way_m"), *x, [-10.0, 10.0])?;
+            }
         }
         self.laws()?;
         for (name, spot) in &placement.fixed {

@@ -13,6 +13,7 @@ mod bounds;
 mod error;
 mod hidden;
 mod negative;
+mod passer;
 mod sensor;
 mod settings;
 mod truth;
@@ -25,12 +26,13 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use crate::motion::Robot;
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{self, Twin};
-use crate::world::{ObjectState, Pose, Scene, WorldState};
+use crate::world::{Mover, ObjectState, Pose, Scene, WorldState};
 pub use hidden::{HiddenEffect, draw, seal, unseal};
 pub use negative::Negative;
+pub use passer::Passer;
 pub use settings::{
     CameraError, Clutter, JointError, LabSettings, Latency, LensError, LightError, Mounting,
-    People, Placement, Range, Readings, Scale, Sensor, Spot, Start, Switches, Things,
+    People, Placement, Range, Readings, Scale, Sensor, Spot, Start, Switches, Things, Watch,
 };
 
 pub use error::{Error, Unsound};
@@ -55,6 +57,8 @@ pub struct Feedback {
     pub grasped: bool,
     /// What the kitchen scale with a cable reads, kg: the water in the vessel on it. `None` without one.
     pub scale: Option<f64>,
+    /// What moves through the laboratory by itself, as whoever watches saw it last.
+    pub moving: Vec<Mover>,
 }
 
 /// What kitchen scales under each vessel and under the table say.
@@ -250,6 +254,8 @@ impl Lab {
         let mut view =
             View::of(self.world.scene(), &self.world.state(), &self.look, &self.world.link_poses())
                 .with_water(&self.world.water(), self.world.fluid().radius());
+        let time = self.time();
+        view.bodies.extend(self.settings.moving.iter().filter_map(|passer| passer.body(time)));
         view.light = self.truth.light;
         view
     }
@@ -363,6 +369,13 @@ impl Lab {
             },
             grasped,
             scale: self.scale(),
+            moving: passer::told(
+                &self.settings.moving,
+                &self.settings.watch,
+                self.settings.switches.readings,
+                self.time(),
+                |look| self.key(8, look),
+            ),
         }
     }
 

@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::hidden::{self, HiddenEffect};
-use super::{Error, Unsound};
+use super::{Error, Passer, Unsound};
 use crate::twin::Effect;
 use crate::world::{Material, Object, Shape};
 
@@ -64,6 +64,11 @@ pub struct LabSettings {
     /// Things that stand on the table and in no scene.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub clutter: Vec<Clutter>,
+    /// Things that move through the laboratory by themselves.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub moving: Vec<Passer>,
+    /// How they are watched.
+    pub watch: Watch,
     /// Where the arm waits at the start.
     pub start: Start,
     /// The kitchen scale that is read while the arm moves.
@@ -354,6 +359,18 @@ impl Clutter {
             colour: self.colour,
             mass: self.mass_kg,
         }
+    }
+}
+
+section! {
+    /// Who watches what moves by itself, as a camera or a scanner above the table does.
+    Watch {
+        /// From one look to the next, s.
+        every_s: f64 = 1.0 / 30.0,
+        /// From a look to when it is told, s.
+        late_s: f64 = 0.05,
+        /// Standard deviation of where something is along each axis, m.
+        sigma_m: f64 = 0.003,
     }
 }
 

@@ -23,6 +23,30 @@ fn told(t: f64) -> String {
         .to_string()
 }
 
+/// Feedback with two balls that move, the second of this radius.
+fn moving(radius: f64) -> String {
+    let ball =
+        |radius: f64| json!({"name": "hand", "at": [0.5, 0.1, 0.3], "radius": radius, "age": 0.04});
+    let mut told: Value = serde_json::from_str(&told(6.0)).unwrap();
+    told["moving"] = json!([ball(0.1), ball(radius)]);
+    told.to_string()
+}
+
+#[test]
+fn what_moves_by_itself_is_told_with_the_feedback() {
+    let mut count = 0;
+    let (place, _) = serve(move |_| {
+        count += 1;
+        Some(if count == 1 { hello() } else { moving(0.2) })
+    });
+    let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
+    let told = arm.feedback().unwrap().moving;
+    assert_eq!(told.len(), 2);
+    let hand = &told[1];
+    assert_eq!((hand.name.as_str(), hand.radius, hand.age), ("hand", 0.2, 0.04));
+    assert!((hand.at - nalgebra::Vector3::new(0.5, 0.1, 0.3)).norm() < 1e-12);
+}
+
 /// What goes wrong when hello and the first feedback are well and every later request is answered with this;
 /// and what was asked in all.
 fn after_a_good_beginning(bad: impl Into<String>) -> (DeviceError, Vec<String>) {
@@ -64,6 +88,8 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
         (nan, "the answer to `step` cannot be read"),
         (told(6.0).replace("0.1", "1e999"), "the answer to `step` cannot be read"),
         (told(4.0), "the bridge's clock went back from 5.000000 s to 4.000000 s"),
+        (moving(0.0), "number 2 of `moving` in the answer to `step` is no ball with a name"),
+        (moving(2.1), "number 2 of `moving` in the answer to `step` is no ball with a name"),
         ("hello?".into(), "the answer to `step` cannot be read"),
         ("{}".into(), "the answer to `step` cannot be read: missing field `t`"),
         ("x".repeat((16 << 20) + (1 << 17)), "is longer than 16 MiB"),

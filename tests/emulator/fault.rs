@@ -99,7 +99,7 @@ impl Plant for Pressed {
         q[0] = q[0].min(self.table);
         let n = q.len();
         let (q_cmd, dq, tau) = (Vec::new(), vec![0.0; n], vec![0.0; n]);
-        Feedback { time: 0.0, q_cmd, q, dq, tau, opening: 0.085, mass: None }
+        Feedback { time: 0.0, q_cmd, q, dq, tau, opening: 0.085, mass: None, moving: Vec::new() }
     }
 }
 

@@ -121,7 +121,7 @@ impl Plant for Runaway {
         let mut dq = vec![0.0; n];
         dq[0] = 0.3;
         let (q_cmd, tau) = (Vec::new(), vec![0.0; n]);
-        Feedback { time: 0.0, q_cmd, q, dq, tau, opening: 0.085, mass: None }
+        Feedback { time: 0.0, q_cmd, q, dq, tau, opening: 0.085, mass: None, moving: Vec::new() }
     }
 }
 

@@ -10,6 +10,7 @@ mod during;
 mod dial;
 mod kortex;
 mod limits;
+mod moving;
 mod script;
 mod decisions;
 mod together;

@@ -21,6 +21,7 @@ fn tick(time: f64) -> Event {
         tau: values(-0.4),
         opening: 0.085,
         mass: None,
+        moving: Vec::new(),
     })
 }
 

@@ -4,7 +4,7 @@
 //! the twin survived, through [`crate::arm::limits`]. Both work with the cell as the regressions found it. The
 //! words are bound to rhai in [`super::script`]; planning itself is in [`super::plan`].
 //!
-//! `ask` looks, plans and chooses, `motion` moves the arm, `cartesian` its tool in the world, `feel` until something is
+//! `ask` looks, plans and chooses, `motion` moves the arm, `moving` past what moves by itself, `cartesian` its tool in the world, `feel` until something is
 //! felt, `hand` the fingers.
 
 mod ask;
@@ -12,6 +12,7 @@ mod cartesian;
 mod feel;
 mod hand;
 mod motion;
+mod moving;
 mod offer;
 
 use std::collections::BTreeMap;
@@ -82,6 +83,8 @@ struct RunState {
     /// Joint torques beyond the model's at rest before something was felt last, N·m.
     rest: Option<Vec<f64>>,
     past: Past,
+    /// What moves by itself near the arm.
+    around: moving::Around,
 }
 
 /// What holds while one step goes on, and for no other.
@@ -150,6 +153,7 @@ impl ActionContext {
                 felt: false,
                 rest: None,
                 past: Past::default(),
+                around: moving::Around::default(),
             },
             step: StepState::default(),
             allowance: None,

@@ -8,8 +8,8 @@ use rand::RngExt;
 use crate::motion::polyline::mix;
 use crate::motion::rrt::short_way;
 use crate::motion::trajectory::{self, Trajectory};
-use crate::world::Pose;
 use crate::world::frame::{Tool, World};
+use crate::world::{Pose, WorldState};
 
 use super::super::body::Watcher;
 use super::super::decisions::Entry;
@@ -18,6 +18,7 @@ use super::super::plan::{Leg, Planner, Way, distance, turned_angle};
 use super::super::refusal::Refusal;
 use super::super::worked::Working;
 use super::ActionContext;
+use super::moving::{Guard, PATIENCE, ROOM, is_for_another};
 use crate::arm::limits::Cleared;
 use crate::arm::{Arm, Cancel, DeviceError, Feedback};
 use crate::trace::{Event, NoWay, Unrehearsed};
@@ -98,7 +99,7 @@ impl ActionContext {
         for up in RAISED {
             let above = Pose::from_parts(at.origin() + Vector3::z() * up, at.rotation());
             match self.way(0.8, &|planner, seed| planner.visit(&above, seed)) {
-                Ok(way) => return self.drive_way(&way, 0.8),
+                Ok(way) => return self.drive_way(&way, 0.8, PATIENCE),
                 Err(ActionError::Limit(limit)) => refused = refused.or(Some(limit)),
                 Err(error) => return Err(error),
             }
@@ -117,7 +118,20 @@ impl ActionContext {
             self.run.log.record(Entry::Path(way.on.clone()));
             way
         };
-        self.drive_way(&way, speed)
+        if !self.can_give_way() {
+            return self.drive_way(&way, speed, PATIENCE);
+        }
+        // As long as nothing moves there is nothing to give way to.
+        if self.body.arm().feedback()?.moving.is_empty() {
+            let done = self.drive_way(&way, speed, 0.0);
+            if !done.as_ref().is_err_and(is_for_another) {
+                return done;
+            }
+        }
+        let Some(goal) = way.on.last() else { return Ok(()) };
+        self.give_way(goal, tilt, speed)?;
+        let rest = self.way(speed, &|planner, seed| planner.free(goal, tilt, seed))?;
+        self.drive_way(&rest, speed, PATIENCE)
     }
 
     /// Plans a way that the limits let pass, by another chance when they do not.
@@ -145,12 +159,13 @@ impl ActionContext {
         Err(refused.map_or(ActionError::Stopped, ActionError::Limit))
     }
 
-    fn drive_way(&mut self, way: &Way, speed: f64) -> Result<(), ActionError> {
+    /// Follows a way; what moves by itself is let pass for `patience` s.
+    fn drive_way(&mut self, way: &Way, speed: f64, patience: f64) -> Result<(), ActionError> {
         self.run.felt = false;
         if way.out.len() > 1 {
-            self.drive_corners(&way.out, speed.min(OUT_SPEED))?;
+            self.drive_corners(&way.out, speed.min(OUT_SPEED), patience)?;
         }
-        self.drive_corners(&way.on, speed)
+        self.drive_corners(&way.on, speed, patience)
     }
 
     /// `arm.move_by([x, y, z], speed)`: a straight line of the tool in the world, orientation kept.
@@ -174,9 +189,14 @@ impl ActionContext {
     }
 
     /// Follows straight joint motions from corner to corner, the corners a little rounded.
-    fn drive_corners(&mut self, corners: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
+    fn drive_corners(
+        &mut self,
+        corners: &[Vec<f64>],
+        speed: f64,
+        patience: f64,
+    ) -> Result<(), ActionError> {
         let trajectory = self.rounded(corners, speed)?;
-        self.drive(self.dialled(trajectory), corners)
+        self.drive_past(self.dialled(trajectory), corners, patience)
     }
 
     /// Times straight joint motions from corner to corner, the corners a little rounded.
@@ -326,46 +346,69 @@ impl ActionContext {
         seconds: f64,
         doing: impl FnOnce(&mut dyn Arm, &Cancel, &mut dyn FnMut(&Feedback)) -> Result<T, DeviceError>,
     ) -> Result<T, ActionError> {
+        self.act_on(0.0, seconds, ROOM, doing)
+    }
+
+    /// As [`Self::act`], of something of which `over` s are over, and which lets what moves by itself come as near as `room` m.
+    pub(super) fn act_on<T>(
+        &mut self,
+        over: f64,
+        seconds: f64,
+        room: f64,
+        doing: impl FnOnce(&mut dyn Arm, &Cancel, &mut dyn FnMut(&Feedback)) -> Result<T, DeviceError>,
+    ) -> Result<T, ActionError> {
         if self.step.orders.is_some() {
             return Err(Refusal::HoldsArm.into());
         }
-        self.in_time(seconds)?;
+        self.in_time(seconds - over)?;
         let (mut ticks, openings) = (ticks(&self.setting.watcher), self.step.openings.clone());
-        let mut working = self.working()?;
-        let mut tell = |feedback: &Feedback| {
+        let state = self.body.state()?;
+        let mut working = self.working(&state);
+        let around = std::mem::take(&mut self.run.around);
+        let mut guard = Guard::new(self.setting.cell.clone(), &state, around, room);
+        let mut during = self.step.during.take();
+        if let Some(during) = &mut during {
+            during.motion_begins(self.body.sight(), over, seconds);
+        }
+        // What cuts this motion short is not a wish to stop everything.
+        let stop = self.setting.cancel.child();
+        let done = doing(self.body.arm(), &stop, &mut |feedback| {
             ticks(feedback);
             working.sees(feedback);
             if let Some(openings) = &openings {
                 openings.note(feedback);
             }
-        };
-        let Some(mut during) = self.step.during.take() else {
-            let done = doing(self.body.arm(), &self.setting.cancel, &mut tell);
-            self.run.past.worked = working.done();
-            return Ok(done?);
-        };
-        during.motion_begins(self.body.sight(), seconds);
-        // What cuts this motion short is not a wish to stop everything.
-        let stop = self.setting.cancel.child();
-        let done = doing(self.body.arm(), &stop, &mut |feedback| {
-            tell(feedback);
-            if during.sees(feedback) {
+            let is_cut = during.as_mut().is_some_and(|during| during.sees(feedback));
+            if is_cut || guard.sees(feedback) {
                 stop.cancel();
             }
         });
-        during.motion_ends();
         self.run.past.worked = working.done();
-        let cut = during.cut().cloned();
-        if let Some(ended) = during.ended() {
-            self.run.log.record(Entry::Ended(ended));
+        let (came_near, around) = guard.done();
+        self.run.around = around;
+        let mut cut = None;
+        if let Some(during) = &mut during {
+            during.motion_ends();
+            cut = during.cut().cloned();
+            if let Some(ended) = during.ended() {
+                self.run.log.record(Entry::Ended(ended));
+            }
         }
-        self.step.during = Some(during);
-        match (done, cut) {
-            (Err(DeviceError::Stopped), _) if self.setting.cancel.is_cancelled() => {
+        self.step.during = during;
+        match (done, cut, came_near) {
+            (Err(DeviceError::Stopped), ..) if self.setting.cancel.is_cancelled() => {
                 Err(ActionError::Stopped)
             }
-            (Err(DeviceError::Stopped) | Ok(_), Some(cut)) => Err(cut.into()),
-            (done, _) => Ok(done?),
+            (Err(DeviceError::Stopped) | Ok(_), Some(cut), _) => Err(cut.into()),
+            (Err(DeviceError::Stopped), None, Some(near)) => Err(Refusal::from(near).into()),
+            (done, ..) => Ok(done?),
+        }
+    }
+
+    /// Does not count the motion that ended last among those of the rehearsal.
+    pub(super) fn uncount(&mut self) {
+        if let Some(during) = &mut self.step.during {
+            during.uncount();
         }
     }
 
@@ -381,18 +424,26 @@ impl ActionContext {
     }
 
     /// Begins to take note of what a tool does while the arm moves.
-    fn working(&mut self) -> Result<Working, ActionError> {
-        let (state, sight) = (self.body.state()?, self.body.sight());
+    fn working(&mut self, state: &WorldState) -> Working {
+        let sight = self.body.sight();
         let (cell, rest) = (self.setting.cell.clone(), self.run.rest.clone());
-        Ok(Working::new(sight, cell, &state, rest, std::mem::take(&mut self.run.past.worked)))
+        Working::new(sight, cell, state, rest, std::mem::take(&mut self.run.past.worked))
     }
 
     /// Clears a trajectory and follows it; the plan then has the arm at the end of `path`.
     fn drive(&mut self, trajectory: Trajectory, path: &[Vec<f64>]) -> Result<(), ActionError> {
+        self.drive_past(trajectory, path, PATIENCE)
+    }
+
+    /// As [`Self::drive`]; what moves by itself is let pass for `patience` s.
+    fn drive_past(
+        &mut self,
+        trajectory: Trajectory,
+        path: &[Vec<f64>],
+        patience: f64,
+    ) -> Result<(), ActionError> {
         let cleared = self.cleared(trajectory, path)?;
-        let seconds = cleared.trajectory().duration();
-        if let Err(error) = self.act(seconds, |arm, stop, watch| arm.follow(&cleared, stop, watch))
-        {
+        if let Err(error) = self.follow_past(cleared, patience) {
             // The motion was cut short: the next plan begins where the arm was left, not at the path's end.
             self.find_arm()?;
             return Err(error);
@@ -421,11 +472,8 @@ impl ActionContext {
             Trajectory::through_points(&way, &self.paced(BRIDGE_SPEED)).map_err(Refusal::from)?;
         let from = self.body.arm().feedback()?.q_cmd;
         let cleared = self.setting.cell.clear(trajectory, &from)?;
-        let seconds = cleared.trajectory().duration();
-        let led = self.act(seconds, |arm, stop, watch| arm.follow(&cleared, stop, watch));
-        if let Some(during) = &mut self.step.during {
-            during.uncount();
-        }
+        let led = self.follow_past(cleared, PATIENCE);
+        self.uncount();
         if led.is_err() {
             self.find_arm()?;
         }

@@ -339,20 +339,27 @@ impl Planner {
         self.free_within(q, tilt, seed)
     }
 
-    fn free_within(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Way, NoWay> {
-        let world = self.obstacles(&[], self.state.opening);
-        let cone = match (self.in_hand(), tilt) {
-            (Some((_, tool_from_object)), Some(max_angle)) => Some(Cone {
-                axis_in_flange: Unit::new_normalize(
-                    (self.robot().flange_from_tool() * tool_from_object).axis(2),
-                ),
-                up_in_base: Unit::new_normalize(
-                    self.cell.scene.world_from_base.inverse().rotation() * Vector3::z(),
-                ),
-                max_angle,
-            }),
-            _ => None,
+    /// Returns the robot among all that stands still, as it is now.
+    pub fn world(&self) -> CollisionWorld<'_> {
+        self.obstacles(&[], self.state.opening)
+    }
+
+    /// Returns the cone that what is in the hand is to stay in: within `tilt` rad of upright; none with an empty hand.
+    pub fn cone(&self, tilt: Option<f64>) -> Option<Cone> {
+        let (Some((_, tool_from_object)), Some(max_angle)) = (self.in_hand(), tilt) else {
+            return None;
         };
+        let up = self.cell.scene.world_from_base.inverse().rotation() * Vector3::z();
+        let axis = (self.robot().flange_from_tool() * tool_from_object).axis(2);
+        Some(Cone {
+            axis_in_flange: Unit::new_normalize(axis),
+            up_in_base: Unit::new_normalize(up),
+            max_angle,
+        })
+    }
+
+    fn free_within(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Way, NoWay> {
+        let (world, cone) = (self.world(), self.cone(tilt));
         let goals = [rrt::short_way(self.robot(), &self.q, q)];
         let robot = self.robot().clone().with_reserve(END_RESERVE, &[&self.q, &goals[0]]);
         let solver = Solver::new(&robot);

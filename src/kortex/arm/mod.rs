@@ -236,6 +236,7 @@ impl KortexArm {
             tau: each(|actuator| -actuator.torque).collect(),
             opening,
             mass: None,
+            moving: Vec::new(),
         })
     }
 
