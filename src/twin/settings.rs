@@ -63,10 +63,10 @@ pub struct FrictionSettings {
 pub struct Settings {
     /// Time step of the rigid bodies, s.
     pub dt: f64,
-    /// Parts of a step, in each of which the engine solves anew, while something touches the arm.
+    /// Parts of a step, in each of which the engine works out mass matrix and constraints anew.
     pub solver_iterations: usize,
-    /// The same while nothing does.
-    pub iterations_alone: usize,
+    /// How often contacts and motors are gone through, one after the other, in each part.
+    pub sweeps: usize,
     /// Gravity in the world, m/s².
     pub gravity: Vector3<f64>,
     /// The arm's joints.
@@ -98,8 +98,8 @@ impl Settings {
         };
         Self {
             dt: 1.0 / 500.0,
-            solver_iterations: 3,
-            iterations_alone: 1,
+            solver_iterations: 1,
+            sweeps: 4,
             gravity: Vector3::new(0.0, 0.0, -9.81),
             arm: ArmSettings {
                 kp: scaled(4000.0),

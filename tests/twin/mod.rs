@@ -7,6 +7,7 @@ mod render;
 mod rigid;
 mod rims;
 mod shapes;
+mod stick;
 mod torque;
 mod water;
 

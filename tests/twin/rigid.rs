@@ -141,7 +141,7 @@ fn an_arm_alone_goes_the_same_way_in_few_parts_as_in_many() {
     let robot = gen3();
     let way = |parts: usize| {
         let mut settings = Settings::for_arm(&robot);
-        (settings.iterations_alone, settings.solver_iterations) = (parts, parts.max(3));
+        settings.solver_iterations = parts;
         for joint in 0..7 {
             Effect::CoulombFriction(joint, 0.5).change_settings(&mut settings);
             Effect::ViscousFriction(joint, 0.4).change_settings(&mut settings);

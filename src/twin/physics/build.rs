@@ -142,8 +142,7 @@ impl Physics {
     ) {
         let roughness = Roughness::new(settings);
         let rough = if pad { roughness.pad } else { roughness.object };
-        let creeps = pad && settings.friction.pad_creep != 0.0;
-        let hooks = if creeps { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() };
+        let hooks = if pad { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() };
         for &(link, body_from_link) in &body.links {
             for placed in &robot.links()[link].collision {
                 let (turned, shape) = shape(&placed.solid);
