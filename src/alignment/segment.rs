@@ -7,12 +7,14 @@
 //!
 //! Source: Rother, Kolmogorov and Blake, "`GrabCut`", SIGGRAPH 2004; Dinitz's maximal flow.
 
+mod chosen;
 mod everything;
 mod flow;
 mod offered;
 mod palette;
 mod prompt;
 mod referee;
+mod ring;
 mod snap;
 mod strokes;
 

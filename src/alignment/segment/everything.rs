@@ -8,6 +8,7 @@
 use image::GrayImage;
 use rayon::prelude::*;
 
+use super::chosen::{Ranks, Rated, chosen};
 use super::prompt::{Prompt, Segment, glance, segment};
 use super::strokes::boxes;
 use crate::alignment::picture::{Picture, QUARTER};
@@ -21,7 +22,7 @@ const ROOM: f64 = 0.15;
 const SAME: f64 = 0.7;
 /// Share of the smaller of two cuts from which they are not both told: things that stand side by side share no pixel, and
 /// a fifth is more than two borders are off by. On the five samples of `ClearGrasp` 0.1 and 0.3 find as many of the labelled things.
-const SHARED: f64 = 0.2;
+pub(super) const SHARED: f64 = 0.2;
 /// Power of its agreement that a cut's side counts with: one that agrees by 0.95 is worth as much as one twice as large
 /// that agrees by 0.9. On the same samples 8 and 20 find as many.
 const SURE: i32 = 12;
@@ -37,12 +38,13 @@ pub(super) const TOLD: f64 = 0.5;
 /// Cuts out everything that stands out, what is most surely whole first.
 pub fn everything(picture: &Picture) -> Vec<Segment> {
     let small = picture.quartered();
-    let glances: Vec<Segment> = boxes(&small, SHARE, SAME, GLANCES)
+    let ranks = Ranks::new(&small);
+    let glances: Vec<Rated> = boxes(&small, SHARE, SAME, GLANCES)
         .into_par_iter()
-        .filter_map(|bounds| glance(&small, roomy(&small, bounds)))
-        .filter(|cut| cut.agreement > PROMISING)
+        .filter_map(|bounds| glance(&small, roomy(&small, bounds), &ranks))
+        .filter(|rated| rated.sure() > PROMISING)
         .collect();
-    let cuts = apart(glances)
+    let cuts = chosen(glances)
         .into_par_iter()
         .filter_map(|cut| {
             let [u0, v0, u1, v1] = cut.extent().0;

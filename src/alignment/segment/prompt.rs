@@ -11,6 +11,7 @@ use image::{GrayImage, Luma};
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
+use super::chosen::{Ranks, Rated};
 use super::flow::Flow;
 use super::palette::Palette;
 use super::referee::{self, Judged};
@@ -166,14 +167,15 @@ pub fn segment(picture: &Picture, prompt: &Prompt) -> Option<Segment> {
 
 /// What seems to be in a box of a picture of a quarter of the size: few cuts on a coarse grid, edges looked for only beside
 /// the border, since further off there is always one.
-pub(super) fn glance(picture: &Picture, bounds: [f64; 4]) -> Option<Segment> {
-    let best = GLANCES.into_iter().filter_map(|(border, expected)| {
+pub(super) fn glance(picture: &Picture, bounds: [f64; 4], ranks: &Ranks) -> Option<Rated> {
+    let tried = GLANCES.into_iter().filter_map(|(border, expected)| {
         let at = Place { bounds, on: None, rough: None };
         let mask = Grid::new(picture, at, GLANCE)?.cut(border, expected)?;
         let judged = referee::judge(picture, &mask, bounds, false, BESIDE_PX)?;
-        Some(Segment::of(judged, mask, bounds))
+        let strengths = referee::edges_along(picture, &judged.contour, BESIDE_PX);
+        Some(Rated::new(Segment::of(judged, mask, bounds), &strengths, ranks))
     });
-    best.max_by(|a, b| a.agreement.total_cmp(&b.agreement))
+    tried.max_by(|a, b| a.sure().total_cmp(&b.sure()))
 }
 
 /// The cut of several boxes, prices and expectations that the referee likes best.

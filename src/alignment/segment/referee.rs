@@ -10,9 +10,9 @@ use crate::alignment::picture::Picture;
 /// Gradient at which an edge counts in full, CIELAB/px: between those of clear and of opaque things (0.9 and 2.4) of
 /// [`crate::alignment::placement`], since nobody says which it is. At half of it grain is an edge, at twice it glass has
 /// none.
-const FULL_EDGE: f64 = 1.5;
+pub(super) const FULL_EDGE: f64 = 1.5;
 /// That gradient in units of the picture's noise at least: as for the smaller pictures of [`crate::alignment::placement`].
-const NOISE_EDGE: f64 = 0.5;
+pub(super) const NOISE_EDGE: f64 = 0.5;
 /// How far across the outline its edge is looked for, px: a mask is smoothed by 2 px, and its border lies between pixels.
 pub(super) const ACROSS_PX: i32 = 3;
 /// Points of the border to each side that give its direction: as far as [`ACROSS_PX`], so that a step of pixels is no turn.
@@ -75,20 +75,32 @@ pub(super) fn judge(
 
 /// The mean over the border of the strongest edge that runs along it there, 0 to 1.
 fn along(picture: &Picture, border: &[Vector2<f64>], across: i32) -> f64 {
-    let n = border.len();
-    let level = &picture.levels[0];
     let full = FULL_EDGE.max(picture.noise * NOISE_EDGE);
+    let found = strengths(picture, border, across);
     let (mut sum, mut count) = (0.0, 0.0);
-    for (i, p) in border.iter().enumerate() {
-        let step = border[(i + ALONG) % n] - border[(i + n - ALONG) % n];
-        let Some(step) = step.try_normalize(1e-9) else { continue };
-        let normal = Vector2::new(step.y, -step.x);
-        let strongest = (-across..=across)
-            .map(|k| p + f64::from(k) * normal)
-            .map(|at| level.edge(at.x, at.y, normal))
-            .fold(0.0, f64::max);
-        sum += (strongest / full).min(1.0);
+    for strength in found.into_iter().flatten() {
+        sum += (strength / full).min(1.0);
         count += 1.0;
     }
     sum / f64::max(count, 1.0)
+}
+
+/// The strongest edge along a border at each of its points, CIELAB/px; `None` where it has no direction.
+fn strengths(picture: &Picture, border: &[Vector2<f64>], across: i32) -> Vec<Option<f64>> {
+    let n = border.len();
+    let level = &picture.levels[0];
+    let each = border.iter().enumerate().map(|(i, p)| {
+        let step = border[(i + ALONG) % n] - border[(i + n - ALONG) % n];
+        let step = step.try_normalize(1e-9)?;
+        let normal = Vector2::new(step.y, -step.x);
+        let beside = (-across..=across).map(|k| p + f64::from(k) * normal);
+        Some(beside.map(|at| level.edge(at.x, at.y, normal)).fold(0.0, f64::max))
+    });
+    each.collect()
+}
+
+/// The strongest edge along a contour that was judged, at each of its points, CIELAB/px.
+pub(super) fn edges_along(picture: &Picture, contour: &[[f64; 2]], across: i32) -> Vec<f64> {
+    let border: Vec<Vector2<f64>> = contour.iter().map(|p| Vector2::from(*p)).collect();
+    strengths(picture, &border, across).into_iter().map(Option::unwrap_or_default).collect()
 }

@@ -57,7 +57,7 @@ pub(super) fn snapped(picture: &Picture, mask: GrayImage) -> GrayImage {
 }
 
 /// Fills a closed line: a pixel is inside when its middle is, by the even-odd rule along its row.
-fn filled(closed: &[Vector2<f64>], (w, h): (u32, u32)) -> GrayImage {
+pub(super) fn filled(closed: &[Vector2<f64>], (w, h): (u32, u32)) -> GrayImage {
     let mut mask = GrayImage::new(w, h);
     for y in 0..h {
         let v = f64::from(y);
