@@ -37,7 +37,13 @@ impl Band {
         let middle = Vector2::new(bounds[0] + bounds[2], bounds[1] + bounds[3]) / 2.0;
         let half = Vector2::new(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 2.0;
         let step = half.min() * (1.0 - INNER) / STEPS as f64;
-        let k = if step < 1.5 { 0 } else if step < 3.0 { 1 } else { 2 };
+        let k = if step < 1.5 {
+            0
+        } else if step < 3.0 {
+            1
+        } else {
+            2
+        };
         let (level, full) = (&picture.levels[k], full * [1.0, 2.0, 4.0][k]);
         let places: Vec<Vector2<f64>> = (0..RAYS * STEPS)
             .map(|i| {
@@ -52,8 +58,11 @@ impl Band {
         for ray in 0..RAYS {
             for from in 0..STEPS {
                 for turn in 0..=2 * TURN {
-                    let Some(to) = (from + turn).checked_sub(TURN).filter(|to| *to < STEPS) else { continue };
-                    let (a, b) = (places[ray * STEPS + from], places[(ray + 1) % RAYS * STEPS + to]);
+                    let Some(to) = (from + turn).checked_sub(TURN).filter(|to| *to < STEPS) else {
+                        continue;
+                    };
+                    let (a, b) =
+                        (places[ray * STEPS + from], places[(ray + 1) % RAYS * STEPS + to]);
                     let Some(along) = (b - a).try_normalize(1e-9) else { continue };
                     let at = (a + b) / 2.0;
                     let g = level.edge(at.x, at.y, Vector2::new(along.y, -along.x));
@@ -74,7 +83,9 @@ impl Band {
             let mut next = vec![f64::NEG_INFINITY; STEPS];
             for (step, held) in worth.iter().enumerate() {
                 for turn in 0..=2 * TURN {
-                    let Some(to) = (step + turn).checked_sub(TURN).filter(|to| *to < STEPS) else { continue };
+                    let Some(to) = (step + turn).checked_sub(TURN).filter(|to| *to < STEPS) else {
+                        continue;
+                    };
                     let value = held + self.edges[(ray * STEPS + step) * (2 * TURN + 1) + turn]
                         - bend * turn.abs_diff(TURN) as f64
                         + out * to as f64 / STEPS as f64;
@@ -95,5 +106,47 @@ impl Band {
             at = from[round * STEPS + at];
         }
         filled(&line, self.size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{Rgb, RgbImage};
+
+    use super::*;
+
+    /// Inside are the colours of outside; only a line of two pixels and a highlight within say that there is something.
+    #[test]
+    fn a_ring_of_glass_is_filled_and_its_highlight_is_not() {
+        let inside = |x: u32, y: u32| (f64::from(x) - 100.0).hypot(f64::from(y) - 90.0) < 60.0;
+        let image = RgbImage::from_fn(200, 180, |x, y| {
+            let far = (f64::from(x) - 100.0).hypot(f64::from(y) - 90.0);
+            let is_highlight = (90..96).contains(&x) && (60..110).contains(&y);
+            let light = 120 + (x / 6) as u8;
+            Rgb([if (58.0..60.0).contains(&far) {
+                90
+            } else if is_highlight {
+                250
+            } else {
+                light
+            }; 3])
+        });
+        let band = Band::new(&Picture::new(&image), [20.0, 10.0, 180.0, 170.0], 1.5);
+        let mask = band.mask(0.1, 0.35);
+        let (mut both, mut either) = (0.0, 0.0);
+        for (x, y, pixel) in mask.enumerate_pixels() {
+            let (a, b) = (pixel.0[0] > 0, inside(x, y));
+            both += f64::from(u8::from(a && b));
+            either += f64::from(u8::from(a || b));
+        }
+        assert!(both / either > 0.95, "{}", both / either);
+    }
+
+    #[test]
+    fn an_even_picture_and_a_box_at_its_border_give_no_panic() {
+        let even = Picture::new(&RgbImage::from_pixel(40, 30, Rgb([120; 3])));
+        for bounds in [[0.0, 0.0, 39.0, 29.0], [30.0, 20.0, 39.0, 29.0], [5.0, 5.0, 5.0, 5.0]] {
+            Band::new(&even, bounds, 1.5).mask(0.1, 0.2);
+        }
     }
 }
