@@ -113,7 +113,7 @@ pub trait Arm: Send {
         _cancel: &Cancel,
         _watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
-        Err(DeviceError::Unavailable("this arm only follows what is planned before".into()))
+        Err(DeviceError::only_follows())
     }
 
     /// Moves the fingers as asked and waits until they rest.

@@ -30,6 +30,11 @@ pub enum DeviceError {
 }
 
 impl DeviceError {
+    /// Returns what an arm says that cannot be led.
+    pub fn only_follows() -> Self {
+        Self::Unavailable("this arm only follows what is planned before".into())
+    }
+
     /// Returns what would help.
     pub fn help(&self) -> &str {
         match self {

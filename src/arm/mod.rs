@@ -11,6 +11,7 @@ pub mod paced;
 pub mod patience;
 pub mod ticked;
 
+pub use crate::world::Mover;
 pub use cancel::Cancel;
 pub use device::{
     Arm, Camera, Feedback, Film, Grip, Leader, Pacing, Plate, Scales, Shot, SmallShot, Weighing,

@@ -1,7 +1,6 @@
 //! What may be wrong with a reality behind a bridge, and what would help.
 
-use crate::arm::DeviceError;
-use crate::world::mover;
+use crate::arm::{DeviceError, Mover};
 
 /// What is wrong with a bridge or its answers.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -105,7 +104,7 @@ pub enum Error {
         which: usize,
     },
     /// More moves by itself than is heard of.
-    #[error("`moving` in the answer to `{request}` has {got} balls; {} are heard of", mover::MOST)]
+    #[error("`moving` in the answer to `{request}` has {got} balls; {} are heard of", Mover::MOST)]
     Movers {
         /// What was asked.
         request: &'static str,

@@ -10,8 +10,7 @@ use serde::de::DeserializeOwned;
 
 use super::error::Error;
 use super::wire::{Hello, Photo, Refusal, Request, Step, Told, VERSION};
-use crate::arm::Weighing;
-use crate::world::{Mover, mover};
+use crate::arm::{Mover, Weighing};
 
 /// The longest line, bytes (protocol 1).
 const LONGEST: usize = 16 << 20;
@@ -245,7 +244,7 @@ fn wrong(told: &Told, request: &'static str, joints: usize, before: Option<f64>)
         }
     }
     let is_sound = |mover: &Mover| mover.is_sound() && !mover.name.is_empty();
-    let too_many = told.moving.len() > mover::MOST;
+    let too_many = told.moving.len() > Mover::MOST;
     if let Some(which) = told.moving.iter().position(|mover| !is_sound(mover)) {
         return Some(Error::Mover { request, which: which + 1 });
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::world::Mover;
+use crate::arm::Mover;
 
 /// The version of the protocol that is spoken.
 pub const VERSION: u32 = 1;

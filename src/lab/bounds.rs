@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::settings::{LabSettings, Range};
 use super::{Error, Unsound};
-use crate::world::mover;
+use crate::world::Mover;
 
 impl LabSettings {
     /// Says what makes no sense.
@@ -78,13 +78,13 @@ impl LabSettings {
         size("watch.late_s", self.watch.late_s, 10.0)?;
         within("watch.every_s", self.watch.every_s, [1e-3, 10.0])?;
         size("watch.sigma_m", self.watch.sigma_m, 1.0)?;
-        if self.moving.len() > mover::MOST {
-            let (value, most) = (self.moving.len() as f64, mover::MOST as f64);
+        if self.moving.len() > Mover::MOST {
+            let (value, most) = (self.moving.len() as f64, Mover::MOST as f64);
             within("moving", value, [0.0, most])?;
         }
         for (number, passer) in self.moving.iter().enumerate() {
             let key = |what: &str| format!("moving[{number}].{what}");
-            within(&key("radius_m"), passer.radius_m, [1e-3, mover::LARGEST])?;
+            within(&key("radius_m"), passer.radius_m, [1e-3, Mover::LARGEST])?;
             within(&key("speed_m_s"), passer.speed_m_s, [0.0, 10.0])?;
             within(&key("begins_s"), passer.begins_s, [0.0, 86_400.0])?;
             within(&key("way_m (corners)"), passer.way_m.len() as f64, [1.0, 1e3])?;

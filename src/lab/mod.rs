@@ -29,10 +29,10 @@ use crate::twin::{self, Twin};
 use crate::world::{Mover, ObjectState, Pose, Scene, WorldState};
 pub use hidden::{HiddenEffect, draw, seal, unseal};
 pub use negative::Negative;
-pub use passer::Passer;
 pub use settings::{
     CameraError, Clutter, JointError, LabSettings, Latency, LensError, LightError, Mounting,
-    People, Placement, Range, Readings, Scale, Sensor, Spot, Start, Switches, Things, Watch,
+    Passer, People, Placement, Range, Readings, Scale, Sensor, Spot, Start, Switches, Things,
+    Watch,
 };
 
 pub use error::{Error, Unsound};

@@ -4,39 +4,13 @@
 //! a blow is an overlap.
 
 use nalgebra::{Isometry3, Vector3};
-use serde::{Deserialize, Serialize};
 
 use super::sensor;
-use super::settings::Watch;
+use super::settings::{Passer, Watch};
 use crate::twin::render::{Body, Paint, Shape};
 use crate::world::Mover;
 
-/// Something that moves by itself.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Passer {
-    /// What whoever watches calls it.
-    pub name: String,
-    /// Its radius, m.
-    pub radius_m: f64,
-    /// The corners of its way, straight from one to the next, m in the world.
-    pub way_m: Vec<[f64; 3]>,
-    /// How fast it goes, m/s.
-    pub speed_m_s: f64,
-    /// When it sets out, s after the laboratory was opened; until then it is at the first corner.
-    #[serde(default)]
-    pub begins_s: f64,
-    /// Its colour, sRGB.
-    #[serde(default = "Passer::usual_colour")]
-    pub colour: [u8; 3],
-}
-
 impl Passer {
-    /// A blue glove.
-    fn usual_colour() -> [u8; 3] {
-        [70, 110, 190]
-    }
-
     /// Returns where it is at `time` (s), m; nothing where its way has no corner.
     fn at(&self, time: f64) -> Option<Vector3<f64>> {
         let mut left = (time - self.begins_s).max(0.0) * self.speed_m_s;

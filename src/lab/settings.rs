@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::hidden::{self, HiddenEffect};
-use super::{Error, Passer, Unsound};
+use super::{Error, Unsound};
 use crate::twin::Effect;
 use crate::world::{Material, Object, Shape};
 
@@ -371,6 +371,33 @@ section! {
         late_s: f64 = 0.05,
         /// Standard deviation of where something is along each axis, m.
         sigma_m: f64 = 0.003,
+    }
+}
+
+/// Something that moves through the laboratory by itself: a ball on a way of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Passer {
+    /// What whoever watches calls it.
+    pub name: String,
+    /// Its radius, m.
+    pub radius_m: f64,
+    /// The corners of its way, straight from one to the next, m in the world.
+    pub way_m: Vec<[f64; 3]>,
+    /// How fast it goes, m/s.
+    pub speed_m_s: f64,
+    /// When it sets out, s after the laboratory was opened; until then it is at the first corner.
+    #[serde(default)]
+    pub begins_s: f64,
+    /// Its colour, sRGB.
+    #[serde(default = "Passer::usual_colour")]
+    pub colour: [u8; 3],
+}
+
+impl Passer {
+    /// A blue glove.
+    fn usual_colour() -> [u8; 3] {
+        [70, 110, 190]
     }
 }
 

@@ -10,7 +10,7 @@ pub mod drawer;
 mod fisheye;
 pub mod frame;
 pub mod mesh;
-pub mod mover;
+mod mover;
 pub mod mug;
 pub mod object;
 pub mod profile;

@@ -5,11 +5,6 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// The largest ball there is, m: larger than a person.
-pub const LARGEST: f64 = 2.0;
-/// As many are told of at a time, and no more.
-pub const MOST: usize = 64;
-
 /// Something that moves by itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mover {
@@ -25,11 +20,16 @@ pub struct Mover {
 }
 
 impl Mover {
-    /// Whether its numbers are some that a ball can have: finite, a radius up to [`LARGEST`], not of the future.
+    /// The largest ball there is, m: larger than a person.
+    pub const LARGEST: f64 = 2.0;
+    /// As many are told of at a time, and no more.
+    pub const MOST: usize = 64;
+
+    /// Whether its numbers are some that a ball can have: finite, a radius up to [`Self::LARGEST`], not of the future.
     pub fn is_sound(&self) -> bool {
         self.at.iter().all(|x| x.is_finite())
             && self.radius > 0.0
-            && self.radius <= LARGEST
+            && self.radius <= Self::LARGEST
             && self.age >= 0.0
             && self.age.is_finite()
     }
