@@ -96,7 +96,9 @@ pub enum Error {
         field: &'static str,
     },
     /// Something that moves by itself is no ball at a time before now.
-    #[error("number {which} of `moving` in the answer to `{request}` is no ball with a name")]
+    #[error(
+        "number {which} of `moving` in the answer to `{request}` is no ball with a name of its own"
+    )]
     Mover {
         /// What was asked.
         request: &'static str,
@@ -171,7 +173,7 @@ impl Error {
                 "let the server check what it sends: one finite number for each joint"
             }
             Self::Mover { .. } => {
-                "give it a name, its middle in m, a radius above 0 and up to 2 m, and an age of 0 s or more"
+                "give each a name of its own, its middle in m, a radius above 0 and up to 2 m, and an age of 0 s or more"
             }
             Self::Movers { .. } => "put balls around what is near the arm, and leave the rest out",
             Self::ClockWentBack { .. } => {

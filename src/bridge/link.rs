@@ -243,13 +243,14 @@ fn wrong(told: &Told, request: &'static str, joints: usize, before: Option<f64>)
             return Some(Error::NotFinite { request, field });
         }
     }
-    let is_sound = |mover: &Mover| mover.is_sound() && !mover.name.is_empty();
-    let too_many = told.moving.len() > Mover::MOST;
-    if let Some(which) = told.moving.iter().position(|mover| !is_sound(mover)) {
-        return Some(Error::Mover { request, which: which + 1 });
-    }
-    if too_many {
+    if told.moving.len() > Mover::MOST {
         return Some(Error::Movers { request, got: told.moving.len() });
+    }
+    for (at, mover) in told.moving.iter().enumerate() {
+        let is_another = told.moving[..at].iter().any(|other| other.name == mover.name);
+        if !mover.is_sound() || mover.name.is_empty() || is_another {
+            return Some(Error::Mover { request, which: at + 1 });
+        }
     }
     let from = before?;
     (told.t < from).then_some(Error::ClockWentBack { from, to: told.t })

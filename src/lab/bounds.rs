@@ -83,6 +83,10 @@ impl LabSettings {
             within("moving", value, [0.0, most])?;
         }
         for (number, passer) in self.moving.iter().enumerate() {
+            let is_another = self.moving[..number].iter().any(|other| other.name == passer.name);
+            if passer.name.is_empty() || is_another {
+                return Err(Unsound::NoName(number).into());
+            }
             let key = |what: &str| format!("moving[{number}].{what}");
             within(&key("radius_m"), passer.radius_m, [1e-3, Mover::LARGEST])?;
             within(&key("speed_m_s"), passer.speed_m_s, [0.0, 10.0])?;

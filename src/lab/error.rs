@@ -61,6 +61,9 @@ pub enum Unsound {
     /// An object that is not there is given a place.
     #[error("`placement.fixed.{0}`: the scene has no object `{0}`")]
     NoObject(String),
+    /// Something that moves has no name, or that of another.
+    #[error("`moving[{0}].name`: what moves needs a name of its own")]
+    NoName(usize),
     /// An effect changes nothing with these things.
     #[error("`effects`: {0}")]
     Hindered(#[from] Hindrance),

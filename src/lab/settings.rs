@@ -474,6 +474,14 @@ mod tests {
             ("[lens]\nprincipal_px = [-1e300, 0.0]\n", "both from -2000 to 2000"),
             ("[latency]\ncommand_s = [0.0, 1e6]\n", "latency.command_s"),
             ("[start]\nq_rad = [0.0, inf]\n", "start.q_rad[1]"),
+            (
+                "[[moving]]\nname = \"\"\nradius_m = 0.1\nway_m = []\nspeed_m_s = 0.1\n",
+                "`moving[0].name`: what moves needs a name of its own",
+            ),
+            (
+                "[[moving]]\nname = \"hand\"\nradius_m = 3.0\nway_m = []\nspeed_m_s = 0.1\n",
+                "moving[0].radius_m",
+            ),
             ("[placement.fixed.cup]\nx_m = 1e9\ny_m = 0.0\n", "placement.fixed.cup.x_m"),
             ("nonsense", "nonsense"),
         ] {

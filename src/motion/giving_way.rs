@@ -5,7 +5,9 @@
 //! bounds jerk as well. The arm is half a window behind the policies for it; obstacles are put where they will be then.
 //!
 //! How fast an obstacle moves is told by where it was seen lately ([`super::sights`]); how it turns is learnt from the next sight alone.
-//! One that is not seen any more rests where it would be until somebody says that it has gone. Nothing is promised of what comes faster than the arm can give way: whoever sends this to an arm looks at [`GivingWay::nearest`] and stops it.
+//! One that is not seen any more rests where it would be until somebody says that it has gone. Nothing is promised of what comes faster
+//! than the arm can give way, and balls inside the robot are not quite all of it: whoever sends this to an arm looks where it leads and
+//! stops it.
 //!
 //! Not a plan: it can come to rest before its target. Nothing here moves an arm.
 

@@ -23,12 +23,11 @@ fn told(t: f64) -> String {
         .to_string()
 }
 
-/// Feedback with two balls that move, the second of this radius.
-fn moving(radius: f64) -> String {
-    let ball =
-        |radius: f64| json!({"name": "hand", "at": [0.5, 0.1, 0.3], "radius": radius, "age": 0.04});
+/// Feedback with two balls that move, `hand` and another.
+fn moving(name: &str, radius: f64) -> String {
+    let ball = |name: &str, radius: f64| json!({"name": name, "at": [0.5, 0.1, 0.3], "radius": radius, "age": 0.04});
     let mut told: Value = serde_json::from_str(&told(6.0)).unwrap();
-    told["moving"] = json!([ball(0.1), ball(radius)]);
+    told["moving"] = json!([ball("hand", 0.1), ball(name, radius)]);
     told.to_string()
 }
 
@@ -37,14 +36,14 @@ fn what_moves_by_itself_is_told_with_the_feedback() {
     let mut count = 0;
     let (place, _) = serve(move |_| {
         count += 1;
-        Some(if count == 1 { hello() } else { moving(0.2) })
+        Some(if count == 1 { hello() } else { moving("head", 0.2) })
     });
     let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
     let told = arm.feedback().unwrap().moving;
     assert_eq!(told.len(), 2);
-    let hand = &told[1];
-    assert_eq!((hand.name.as_str(), hand.radius, hand.age), ("hand", 0.2, 0.04));
-    assert!((hand.at - nalgebra::Vector3::new(0.5, 0.1, 0.3)).norm() < 1e-12);
+    let head = &told[1];
+    assert_eq!((head.name.as_str(), head.radius, head.age), ("head", 0.2, 0.04));
+    assert!((head.at - nalgebra::Vector3::new(0.5, 0.1, 0.3)).norm() < 1e-12);
 }
 
 /// What goes wrong when hello and the first feedback are well and every later request is answered with this;
@@ -88,8 +87,12 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
         (nan, "the answer to `step` cannot be read"),
         (told(6.0).replace("0.1", "1e999"), "the answer to `step` cannot be read"),
         (told(4.0), "the bridge's clock went back from 5.000000 s to 4.000000 s"),
-        (moving(0.0), "number 2 of `moving` in the answer to `step` is no ball with a name"),
-        (moving(2.1), "number 2 of `moving` in the answer to `step` is no ball with a name"),
+        (moving("head", 0.0), "number 2 of `moving` in the answer to `step` is no ball"),
+        (moving("head", 2.1), "number 2 of `moving` in the answer to `step` is no ball"),
+        (
+            moving("hand", 0.2),
+            "number 2 of `moving` in the answer to `step` is no ball with a name of its own",
+        ),
         ("hello?".into(), "the answer to `step` cannot be read"),
         ("{}".into(), "the answer to `step` cannot be read: missing field `t`"),
         ("x".repeat((16 << 20) + (1 << 17)), "is longer than 16 MiB"),

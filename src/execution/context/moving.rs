@@ -24,7 +24,7 @@ use crate::motion::solid::Solid;
 use crate::motion::trajectory::{Sample, Trajectory};
 use crate::trace::Event;
 use crate::world::frame::{Flange, Object};
-use crate::world::{Pose, Shape, WorldState};
+use crate::world::{Mover, Pose, Shape, WorldState};
 
 use super::super::cell::Cell;
 use super::super::error::ActionError;
@@ -67,18 +67,22 @@ const LONGEST: f64 = 60.0;
 pub(super) struct Around(BTreeMap<String, (Sights, f64)>);
 
 impl Around {
-    /// Takes in what is told; what is not told of any more has gone.
-    fn takes(&mut self, feedback: &Feedback) {
+    /// Takes in what is told; what is not told of any more has gone. Returns the names of what has gone, and what was seen anew with
+    /// when, s.
+    fn takes<'f>(&mut self, feedback: &'f Feedback) -> (Vec<String>, Vec<(&'f Mover, f64)>) {
         let is_told = |name: &str| feedback.moving.iter().any(|mover| mover.name == name);
+        let gone: Vec<String> = self.0.keys().filter(|name| !is_told(name)).cloned().collect();
         self.0.retain(|name, _| is_told(name));
+        let mut anew = Vec::new();
         for mover in &feedback.moving {
             let (sights, radius) = self.0.entry(mover.name.clone()).or_default();
-            let time = feedback.time - mover.age;
-            if sights.last().is_none_or(|last| time > last + SAME) {
-                sights.add(time, mover.at);
-            }
             *radius = mover.radius;
+            let time = feedback.time - mover.age;
+            if sights.last().is_none_or(|last| time > last + SAME) && sights.add(time, mover.at) {
+                anew.push((mover, time));
+            }
         }
+        (gone, anew)
     }
 
     /// Returns what is expected where at `time` (s): names, middles in the world (m), radii (m).
@@ -145,12 +149,8 @@ impl Guard {
             return false;
         }
         self.next = feedback.time + EVERY;
-        let fastest = feedback.dq.iter().fold(0.0_f64, |fastest, dq| fastest.max(dq.abs()));
-        let braking = fastest / BRAKE;
-        let way = REACTION + 0.5 * braking;
-        let rests: Vec<f64> =
-            feedback.q.iter().zip(&feedback.dq).map(|(q, dq)| q + dq * way).collect();
-        let time = feedback.time + REACTION + braking;
+        let rests = at_rest(&feedback.q, &feedback.dq, REACTION);
+        let time = feedback.time + REACTION + braking(&feedback.dq);
         let expected: Vec<_> =
             self.around.at(time).map(|(name, at, r)| (name.to_owned(), at, r)).collect();
         for (name, at, radius) in expected {
@@ -199,6 +199,17 @@ impl Guard {
     pub(super) fn done(self) -> (Option<Near>, Around) {
         (self.stopped, self.around)
     }
+}
+
+/// Returns how long joints at these speeds (rad/s) brake, all together, s.
+fn braking(dq: &[f64]) -> f64 {
+    dq.iter().fold(0.0_f64, |fastest, dq| fastest.max(dq.abs())) / BRAKE
+}
+
+/// Returns where joints come to rest, rad, that begin to brake in `wait` s.
+fn at_rest(q: &[f64], dq: &[f64], wait: f64) -> Vec<f64> {
+    let way = wait + 0.5 * braking(dq);
+    q.iter().zip(dq).map(|(q, dq)| q + dq * way).collect()
 }
 
 /// Carries a place in the world into the robot's base.
@@ -332,7 +343,8 @@ impl ActionContext {
         let at = Sample { q: before.q_cmd.clone(), dq: none(), ddq: none() };
         let samples = [(0.0, at.clone()), (0.0, at)];
         let around = Around::default();
-        let mut led = Led { cell, motion, target, around, samples, resting: 0.0, refused: None };
+        let (world, resting, refused) = (&world, 0.0, None);
+        let mut led = Led { cell, world, motion, target, around, samples, resting, refused };
         let begin = before.time;
         let done = self.act_on(0.0, LONGEST, PASSED, |arm: &mut dyn Arm, stop: &Cancel, watch| {
             let mut sent = [before.q_cmd.clone(), none()];
@@ -370,6 +382,8 @@ impl ActionContext {
 /// A motion that gives way, as an arm is led by it.
 struct Led<'w> {
     cell: Cell,
+    /// All that stands still: the policies keep away from it, and are not all that it takes to be sure of it.
+    world: &'w CollisionWorld<'w>,
     motion: GivingWay<'w>,
     target: Target,
     around: Around,
@@ -381,7 +395,8 @@ struct Led<'w> {
 }
 
 impl Led<'_> {
-    /// Returns where the joints are to be at `time` (s after `begin`) and how fast; nothing when it has arrived or come to rest.
+    /// Returns where the joints are to be at `time` (s after `begin`) and how fast; nothing when it has arrived or come to rest, or
+    /// would touch something that stands still if it were braked only then.
     fn next(&mut self, feedback: &Feedback, (begin, time): (f64, f64)) -> Option<[Vec<f64>; 2]> {
         let arrived = l2(&self.samples[1].1.q, &self.target.posture) < ARRIVED;
         if (arrived && self.resting > 0.0) || self.resting > RESTING || time > LONGEST {
@@ -405,29 +420,22 @@ impl Led<'_> {
         }
         let [(from, a), (to, b)] = &self.samples;
         let share = if to > from { ((time - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
-        Some([mix(&a.q, &b.q, share), mix(&a.dq, &b.dq, share)])
+        let (q, dq) = (mix(&a.q, &b.q, share), mix(&a.dq, &b.dq, share));
+        let rests = at_rest(&q, &dq, 0.0);
+        (self.world.free(&q) && self.world.free(&rests)).then_some([q, dq])
     }
 
     /// Tells the motion what is seen to move.
     fn sees(&mut self, feedback: &Feedback, begin: f64) {
-        let known: Vec<String> = self.around.0.keys().cloned().collect();
-        let seen = |around: &Around, name: &str| around.0.get(name).and_then(|(s, _)| s.last());
-        let before: Vec<_> = known.iter().map(|name| seen(&self.around, name)).collect();
-        self.around.takes(feedback);
-        for name in known.iter().filter(|name| !self.around.0.contains_key(*name)) {
+        let (gone, anew) = self.around.takes(feedback);
+        for name in &gone {
             self.motion.forgets(name);
         }
-        for mover in &feedback.moving {
-            let Some(last) = seen(&self.around, &mover.name) else { continue };
-            let at = known.iter().position(|name| *name == mover.name);
-            if at.is_some_and(|at| before[at] == Some(last)) {
-                continue;
-            }
+        for (mover, seen) in anew {
             let solid = Solid::Sphere { radius: mover.radius + GROWN };
             let place = Isometry3::from(in_base(&self.cell, &mover.at));
             let ball = Obstacle::new(&mover.name, solid, place);
-            // What was seen before the motion began is of its beginning.
-            if let Err(error) = self.motion.sees((last - begin).min(self.motion.time()), &[ball]) {
+            if let Err(error) = self.motion.sees((seen - begin).min(self.motion.time()), &[ball]) {
                 self.refused = Some(Refusal::from(error).into());
             }
         }
