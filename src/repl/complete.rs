@@ -21,6 +21,7 @@ use super::paint::{Known, paint};
 use super::paste;
 
 /// What may be typed, with what completion puts there.
+#[derive(Clone)]
 pub(super) struct Helper {
     library: Library,
     scope: Scope,

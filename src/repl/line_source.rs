@@ -33,6 +33,9 @@ pub(super) trait LineSource {
     /// Is told whether words of stepping are taken from now on.
     fn stepping(&mut self, _on: bool) {}
 
+    /// Forgets what was typed ahead: it was meant for an arm that had not been stopped.
+    fn forget(&mut self) {}
+
     /// Waits for the next statement.
     ///
     /// # Errors
@@ -41,7 +44,11 @@ pub(super) trait LineSource {
     fn next(&mut self, prompt: &str) -> Result<Typed, Failure>;
 }
 
-/// A person at a terminal; the history is kept after every line.
+/// Lines of history that are kept.
+const MOST_LINES: usize = 2000;
+
+/// A person at a terminal; the history is kept after every line. The editor keeps what is typed while a line is carried
+/// out, for the lines after it.
 pub(super) struct Terminal {
     editor: Editor<Helper, DefaultHistory>,
     history: Option<PathBuf>,
@@ -53,6 +60,17 @@ fn broken(error: &ReadlineError) -> Failure {
     Failure::unavailable("terminal", format!("the terminal failed: {error}"))
 }
 
+/// Returns an editor for the terminal in which nothing has been typed yet.
+fn editor(
+    helper: Helper,
+    history: DefaultHistory,
+) -> rustyline::Result<Editor<Helper, DefaultHistory>> {
+    let config = Config::builder().auto_add_history(true).max_history_size(MOST_LINES)?.build();
+    let mut editor = Editor::with_history(config, history)?;
+    editor.set_helper(Some(helper));
+    Ok(editor)
+}
+
 impl Terminal {
     /// Takes the terminal.
     ///
@@ -60,10 +78,7 @@ impl Terminal {
     ///
     /// When the terminal itself fails.
     pub(super) fn new(helper: Helper, history: Option<PathBuf>) -> Result<Self, Failure> {
-        let config = Config::builder().auto_add_history(true).max_history_size(2000);
-        let config = config.map_err(|error| broken(&error))?.build();
-        let mut editor = Editor::with_config(config).map_err(|error| broken(&error))?;
-        editor.set_helper(Some(helper));
+        let mut editor = editor(helper, DefaultHistory::new()).map_err(|error| broken(&error))?;
         if let Some(path) = &history {
             // A missing history is an empty one.
             let _ = editor.load_history(path);
@@ -104,6 +119,17 @@ impl LineSource for Terminal {
     fn stepping(&mut self, on: bool) {
         if let Some(helper) = self.editor.helper_mut() {
             helper.steps = on;
+        }
+    }
+
+    fn forget(&mut self) {
+        self.pasted.clear();
+        let Some(helper) = self.editor.helper().cloned() else { return };
+        let history = std::mem::take(self.editor.history_mut());
+        // Only a new editor has nothing typed into it. A terminal that fails does so at the next line as well.
+        match editor(helper, history) {
+            Ok(fresh) => self.editor = fresh,
+            Err(error) => report::complain(&broken(&error).message),
         }
     }
 

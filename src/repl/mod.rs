@@ -34,7 +34,7 @@ use crate::report::exit::{self, Exit};
 use crate::report::{self, Failure, Style};
 use crate::teach::stops::Stops;
 use crate::workcell::check::check_step;
-use crate::workcell::{Run, Stdlib, WorkCell};
+use crate::workcell::{Ending, Run, Stdlib, WorkCell};
 use calc::Calculator;
 use complete::Helper;
 use line_source::{LineSource, Pipe, Terminal, Typed};
@@ -491,10 +491,13 @@ impl<'scope, 'env> Session<'scope, 'env> {
     /// Remembers what came of a call, and tells it when it is a failure.
     fn remember(&mut self, done: Result<Run, Failure>, meant: &str) {
         self.looking = None;
-        let is_fault = match &done {
-            Ok(run) => run.device_help.is_some(),
-            Err(failure) => Self::is_fault(failure),
+        let (is_fault, is_stopped) = match &done {
+            Ok(run) => (run.device_help.is_some(), run.outcome == Ending::Stopped),
+            Err(failure) => (Self::is_fault(failure), failure.exit() == Exit::Stopped as u8),
         };
+        if is_stopped {
+            self.lines.forget();
+        }
         match done {
             Ok(run) => {
                 self.worsen(exit::ended(&run) as u8);

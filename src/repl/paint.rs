@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use crate::language::{TokenKind, is_reserved, tokens};
 
 /// Names that are shown as known.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Known {
     /// Tasks, actions and fluents.
     pub(super) calls: BTreeSet<String>,

@@ -12,6 +12,7 @@ use crate::files::write;
 use crate::graph;
 use crate::language::{Diagnostic, Library, Source};
 use crate::plain::shortened;
+use crate::trace::{Cause, Why};
 use crate::workcell;
 
 /// What went wrong, worded for people, with the exit code it deserves.
@@ -174,6 +175,33 @@ pub fn problems_failure(problems: &[graph::Problem], library: &Library, asked: &
     failure
 }
 
+/// Says what a person could change when this stopped the best plan in the twin.
+fn way_out(cause: &Cause) -> &'static str {
+    let no_way = match cause {
+        Cause::NoWay(no_way) => no_way,
+        Cause::Needs(_) => return "make it true first",
+        _ => {
+            return "if it is a matter of room, move the objects nearer to the arm or closer together";
+        }
+    };
+    match &no_way.why {
+        Why::NotSeen(_) => "clear the camera's view of it and try again",
+        Why::TooWide { .. } | Why::NoSides => {
+            "the hand does not get around it: take something narrower, or `push` it along the table"
+        }
+        Why::OutOfReach { .. } => "move it nearer to the arm",
+        Why::Blocked { .. } | Why::NoPath(_) | Why::NotWithin(_) => {
+            "move what is in the way, or make room around it"
+        }
+        Why::Shallow { .. } => "fill it, or take a narrower vessel",
+        Why::EmptyHand => "`pick` something first",
+        Why::OverOpening => "take it from the side, as in `approach(jar, side)`",
+        Why::Topples { .. } => "`pick` it instead, or push something wider",
+        Why::Lifted { .. } => "`put` it there instead",
+        Why::Stopped => "call it again",
+    }
+}
+
 /// Words why a verb of the cell could not be done.
 pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
     use workcell::Error;
@@ -243,11 +271,10 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Needs { .. } => {
             Failure::no("run::needs", words).help("make it true first; nothing has moved")
         }
-        Error::NoSurvivor { .. } => Failure::no("plan::no_survivor", words)
-            .help(
-                "nothing has been touched; if it is a matter of room, move the objects nearer to the arm \
-                 or closer together",
-            ),
+        Error::NoSurvivor { failure, .. } => {
+            let help = way_out(&failure.cause);
+            Failure::no("plan::no_survivor", words).help(format!("nothing has been touched; {help}"))
+        }
         Error::Record { path, .. } => Failure::input("io::run", words)
             .at(path.display().to_string())
             .help("a run folder has a `run.json`, written by `trueup run` or at the prompt"),
