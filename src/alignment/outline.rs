@@ -9,6 +9,8 @@
 mod lathe;
 mod mesh;
 
+use std::f64::consts::{PI, TAU};
+
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::world::frame::times;
@@ -151,14 +153,35 @@ impl Outline {
     ///
     /// Empty when part of the object is behind the camera or the camera is inside it.
     pub fn new(view: &Projector, shape: &Shape, pose: &ObjectPose, per_edge: usize) -> Self {
+        let lines = Self::lines(view, shape, pose, per_edge);
+        if lines.samples.is_empty() { lines } else { lines.closed(view, shape, pose) }
+    }
+
+    /// As [`Self::new`] without the silhouette's corner points, which cost as much as the lines; empty as there.
+    pub fn lines(view: &Projector, shape: &Shape, pose: &ObjectPose, per_edge: usize) -> Self {
         match shape {
             Shape::Cuboid { size } => cuboid(view, *size, pose, per_edge),
             Shape::Cylinder { radius, height } => cylinder(view, *radius, *height, pose, per_edge),
-            Shape::Lathe { profile } => lathe::outline(view, profile, pose, per_edge),
-            Shape::Mesh { mesh } => mesh::outline(view, mesh, pose, per_edge),
-            Shape::Mug { mug } => mesh::outline(view, mug.outside(), pose, per_edge),
+            Shape::Lathe { profile } => lathe::lines(view, profile, pose, per_edge),
+            Shape::Mesh { mesh } => mesh::lines(view, mesh, pose, per_edge),
+            Shape::Mug { mug } => mesh::lines(view, mug.outside(), pose, per_edge),
         }
         .unwrap_or_default()
+    }
+
+    /// Adds the silhouette's corner points to the lines of the same solid at the same pose; empty as in [`Self::new`].
+    pub fn closed(mut self, view: &Projector, shape: &Shape, pose: &ObjectPose) -> Self {
+        let points = view.of(pose);
+        let hull = match shape {
+            Shape::Cuboid { size } => corners(*size).iter().map(|p| points.pixel(*p)).collect(),
+            Shape::Cylinder { radius, height } => cylinder_rims(view, *radius, *height, pose),
+            Shape::Lathe { profile } => lathe::rims(view, profile, pose),
+            Shape::Mesh { mesh } => mesh.hull().iter().map(|p| points.pixel(*p)).collect(),
+            Shape::Mug { mug } => mug.outside().hull().iter().map(|p| points.pixel(*p)).collect(),
+        };
+        let Some(hull): Option<Vec<Vector2<f64>>> = hull else { return Self::default() };
+        self.hull = convex_hull(&hull);
+        self
     }
 
     /// As [`Self::new`], with the pieces of a silhouette that is not convex.
@@ -294,6 +317,16 @@ fn push_edge(
     Some(())
 }
 
+/// Returns the corners of a cuboid, m, object frame: of the bits of a corner's number each says whether it lies at the upper
+/// end of an axis.
+fn corners(size: Vector3<f64>) -> [Vector3<f64>; 8] {
+    let end = |i: usize, axis: usize, half: f64| if i >> axis & 1 == 0 { -half } else { half };
+    std::array::from_fn(|i| {
+        let z = if i & 4 == 0 { 0.0 } else { size.z };
+        Vector3::new(end(i, 0, size.x / 2.0), end(i, 1, size.y / 2.0), z)
+    })
+}
+
 fn cuboid(
     view: &Projector,
     size: Vector3<f64>,
@@ -307,23 +340,16 @@ fn cuboid(
     let visible = |axis: usize, side: usize| {
         if side == 0 { eye[axis] < low[axis] } else { eye[axis] > high[axis] }
     };
-    let corner = |i: usize| {
-        Vector3::new(
-            if i & 1 == 0 { low.x } else { high.x },
-            if i & 2 == 0 { low.y } else { high.y },
-            if i & 4 == 0 { low.z } else { high.z },
-        )
-    };
+    let corners = corners(size);
     let points = view.of(pose);
     let mut pixels = [Vector2::zeros(); 8];
-    for (i, pixel) in pixels.iter_mut().enumerate() {
-        *pixel = points.pixel(corner(i))?;
+    for (pixel, corner) in pixels.iter_mut().zip(&corners) {
+        *pixel = points.pixel(*corner)?;
     }
     let inside = pixels.iter().sum::<Vector2<f64>>() / 8.0;
     let mut outline = Outline {
         // Of twelve edges nine are seen at most.
         samples: Vec::with_capacity(9 * per_edge),
-        hull: convex_hull(&pixels),
         ..Outline::default()
     };
     let mut seen = [false; 8];
@@ -338,7 +364,7 @@ fn cuboid(
             let to = from | (1 << axis);
             seen[from] = true;
             seen[to] = true;
-            let (a, b) = (corner(from), corner(to));
+            let (a, b) = (corners[from], corners[to]);
             let kind = if faces == 1 { Kind::Silhouette } else { Kind::Inner };
             let along = |u| a + (b - a) * u;
             push_edge(&mut outline.samples, &points, along, per_edge, kind, inside)?;
@@ -348,6 +374,56 @@ fn cuboid(
     Some(outline)
 }
 
+/// A cylinder before a camera.
+struct Round {
+    points: PointsOf,
+    radius: f64,
+    /// The camera, m, object frame.
+    eye: Vector3<f64>,
+    /// Where the camera is about the axis, rad.
+    facing: f64,
+    /// How far from there the sides turn away, rad; `None` from above or below.
+    opening: Option<f64>,
+}
+
+impl Round {
+    fn new(view: &Projector, radius: f64, pose: &ObjectPose) -> Self {
+        let eye = (pose.isometry().inverse() * nalgebra::Point3::from(view.eye())).coords;
+        let away = eye.xy().norm();
+        // The generators whose tangent plane holds the camera: cos(φ - φ_eye) = r / |eye|.
+        let opening = (away > radius * 1.0001).then(|| (radius / away).acos());
+        Self { points: view.of(pose), radius, eye, facing: eye.y.atan2(eye.x), opening }
+    }
+
+    fn at(&self, phi: f64) -> Vector2<f64> {
+        Vector2::new(self.radius * phi.cos(), self.radius * phi.sin())
+    }
+
+    /// Returns the lines along which the sides turn away.
+    fn sides(&self) -> Option<[Vector2<f64>; 2]> {
+        let half = self.opening?;
+        Some([self.at(self.facing - half), self.at(self.facing + half)])
+    }
+}
+
+/// Returns points whose hull is the silhouette of a cylinder, px; `None` when one is behind the camera.
+fn cylinder_rims(
+    view: &Projector,
+    radius: f64,
+    height: f64,
+    pose: &ObjectPose,
+) -> Option<Vec<Vector2<f64>>> {
+    let round = Round::new(view, radius, pose);
+    let around = (0..32).map(|i| round.at(TAU * f64::from(i) / 32.0 + round.facing));
+    let mut rims = Vec::with_capacity(68);
+    for on_rim in around.chain(round.sides().into_iter().flatten()) {
+        for z in [0.0, height] {
+            rims.push(round.points.pixel(on_rim.push(z))?);
+        }
+    }
+    Some(rims)
+}
+
 fn cylinder(
     view: &Projector,
     radius: f64,
@@ -355,58 +431,36 @@ fn cylinder(
     pose: &ObjectPose,
     per_edge: usize,
 ) -> Option<Outline> {
-    let eye = (pose.isometry().inverse() * nalgebra::Point3::from(view.eye())).coords;
-    let away = eye.xy().norm();
-    let facing = eye.y.atan2(eye.x);
-    // The generators whose tangent plane holds the camera: cos(φ - φ_eye) = r / |eye|.
-    let opening = (away > radius * 1.0001).then(|| (radius / away).acos());
-    let (sees_top, sees_bottom) = (eye.z > height, eye.z < 0.0);
-    if opening.is_none() && !sees_top && !sees_bottom {
+    let round = Round::new(view, radius, pose);
+    let (sees_top, sees_bottom) = (round.eye.z > height, round.eye.z < 0.0);
+    if round.opening.is_none() && !sees_top && !sees_bottom {
         return None;
     }
-    let round = |phi: f64| Vector2::new(radius * phi.cos(), radius * phi.sin());
-    let rim = |phi: f64, z: f64| round(phi).push(z);
-    let points = view.of(pose);
+    let rim = |phi: f64, z: f64| round.at(phi).push(z);
+    let (points, facing) = (&round.points, round.facing);
     let inside = points.pixel(Vector3::new(0.0, 0.0, height / 2.0))?;
     let mut outline = Outline::default();
-    let mut rims = Vec::with_capacity(68);
-    for i in 0..32 {
-        let on_rim = round(std::f64::consts::TAU * f64::from(i) / 32.0 + facing);
-        for z in [0.0, height] {
-            rims.push(points.pixel(on_rim.push(z))?);
-        }
-    }
-    let sides = opening.map(|half| [facing - half, facing + half].map(round));
-    if let Some(sides) = sides {
-        for side in sides {
-            for z in [0.0, height] {
-                let pixel = points.pixel(side.push(z))?;
-                rims.push(pixel);
-                outline.key_points.push(pixel);
-            }
-        }
-    }
-    outline.hull = convex_hull(&rims);
     let samples = &mut outline.samples;
-    if let Some(sides) = sides {
-        for side in sides {
-            let side = |t: f64| side.push(t * height);
-            push_edge(samples, &points, side, per_edge, Kind::Silhouette, inside)?;
+    for side in round.sides().into_iter().flatten() {
+        for z in [0.0, height] {
+            outline.key_points.push(points.pixel(side.push(z))?);
         }
+        let side = |t: f64| side.push(t * height);
+        push_edge(samples, points, side, per_edge, Kind::Silhouette, inside)?;
     }
     for (z, sees_face) in [(0.0, sees_bottom), (height, sees_top)] {
-        let half = opening.unwrap_or(0.0);
+        let half = round.opening.unwrap_or(0.0);
         if half > 0.0 {
             // The near half of the rim is always seen; it lies inside when the face beyond is seen too.
             let near = |t: f64| rim(facing - half + 2.0 * half * t, z);
             let kind = if sees_face { Kind::Inner } else { Kind::Silhouette };
-            push_edge(samples, &points, near, 2 * per_edge, kind, inside)?;
+            push_edge(samples, points, near, 2 * per_edge, kind, inside)?;
             outline.key_points.push(points.pixel(rim(facing, z))?);
         }
         if sees_face {
-            let far = |t: f64| rim(facing + half + (std::f64::consts::TAU - 2.0 * half) * t, z);
-            push_edge(samples, &points, far, 2 * per_edge, Kind::Silhouette, inside)?;
-            outline.key_points.push(points.pixel(rim(facing + std::f64::consts::PI, z))?);
+            let far = |t: f64| rim(facing + half + (TAU - 2.0 * half) * t, z);
+            push_edge(samples, points, far, 2 * per_edge, Kind::Silhouette, inside)?;
+            outline.key_points.push(points.pixel(rim(facing + PI, z))?);
         }
     }
     Some(outline)

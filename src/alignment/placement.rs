@@ -277,7 +277,7 @@ impl<'a> Evidence<'a> {
         level: usize,
         per_edge: usize,
     ) -> Option<Score> {
-        let outline = self.outline(pose, per_edge);
+        let outline = Outline::lines(self.view, &self.object.shape, pose, per_edge);
         if outline.samples.is_empty() {
             return Some(Score::default());
         }
@@ -332,6 +332,10 @@ impl<'a> Evidence<'a> {
         };
         if whole(1.0, self.colour.as_ref().map(|_| 1.0)) <= least {
             return None;
+        }
+        let outline = outline.closed(self.view, &self.object.shape, pose);
+        if outline.hull.is_empty() {
+            return Some(Score::default());
         }
         let (change, colour) = self.regions(&outline, judged);
         Some(Score { total: whole(change, colour), edge, weakest, colour, change, visible })
@@ -428,7 +432,8 @@ impl<'a> Evidence<'a> {
             .flat_map_iter(|&x| {
                 let turns = move |y| (0..n_yaw).map(move |k| (y, k as f64 * GRID_YAW));
                 steps(window.y).flat_map(turns).filter_map(move |(y, yaw)| {
-                    let score = self.score(&ObjectPose::upright(x, y, 0.0, yaw), 2, POINTS[2]);
+                    let pose = ObjectPose::upright(x, y, 0.0, yaw);
+                    let score = self.score_above(HOPELESS, &pose, 2, POINTS[2])?;
                     (score.total > HOPELESS).then_some(Candidate { x, y, yaw, score, fit: None })
                 })
             })

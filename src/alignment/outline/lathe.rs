@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Kind, ObjectPose, Outline, PointsOf, Projector, convex_hull, push_edge};
+use super::{Kind, ObjectPose, Outline, PointsOf, Projector, push_edge};
 use crate::world::Profile;
 
 /// Points of each circle for the hull: as for a cylinder.
@@ -20,25 +20,32 @@ const STEPS: usize = 48;
 /// A sight may pass so deep inside the body, m, before it is blocked: the body's own edge is not in its way.
 const GRAZES: f64 = 5e-4;
 
-/// Returns the outline of a round thing; `None` when the camera is inside it or it is behind the camera.
-pub(super) fn outline(
+/// Returns points whose hull is the silhouette of a round thing, px; `None` when one is behind the camera.
+pub(super) fn rims(
+    view: &Projector,
+    profile: &Profile,
+    pose: &ObjectPose,
+) -> Option<Vec<Vector2<f64>>> {
+    Drawn::new(view, profile, pose, 0).rims()
+}
+
+/// Returns the lines of a round thing; `None` when the camera is inside it or it is behind the camera.
+pub(super) fn lines(
     view: &Projector,
     profile: &Profile,
     pose: &ObjectPose,
     per_edge: usize,
 ) -> Option<Outline> {
-    let eye = (pose.isometry().inverse() * nalgebra::Point3::from(view.eye())).coords;
+    let drawn = Drawn::new(view, profile, pose, per_edge);
+    let eye = drawn.eye;
     let is_level = eye.z >= 0.0 && eye.z <= profile.height();
     if is_level && eye.xy().norm() <= profile.radius_at(eye.z) {
         return None;
     }
-    let facing = eye.y.atan2(eye.x);
-    let halves: Vec<f64> = profile.stretches().map(|stretch| seen_half(stretch, &eye)).collect();
-    let drawn = Drawn { points: view.of(pose), profile, per_edge, facing, halves };
     let inside = drawn.points.pixel(Vector3::new(0.0, 0.0, 0.5 * profile.height()))?;
-    let mut outline = Outline { hull: drawn.hull()?, ..Outline::default() };
+    let mut outline = Outline::default();
     drawn.sides(&mut outline, inside)?;
-    drawn.circles(&mut outline, inside, &eye)?;
+    drawn.circles(&mut outline, inside)?;
     if !profile.is_convex() {
         outline.samples.retain(|sample| !blocked(profile, &eye, &sample.body));
     }
@@ -69,20 +76,29 @@ struct Drawn<'a> {
     points: PointsOf,
     profile: &'a Profile,
     per_edge: usize,
+    /// The camera, m, object frame.
+    eye: Vector3<f64>,
     /// Where the camera is about the axis, rad.
     facing: f64,
     /// Of each stretch, up to how far from there it is seen, rad.
     halves: Vec<f64>,
 }
 
-impl Drawn<'_> {
+impl<'a> Drawn<'a> {
+    fn new(view: &Projector, profile: &'a Profile, pose: &ObjectPose, per_edge: usize) -> Self {
+        let eye = (pose.isometry().inverse() * nalgebra::Point3::from(view.eye())).coords;
+        let halves = profile.stretches().map(|stretch| seen_half(stretch, &eye)).collect();
+        let facing = eye.y.atan2(eye.x);
+        Self { points: view.of(pose), profile, per_edge, eye, facing, halves }
+    }
+
     /// Returns a point of the surface, `turn` rad from the camera's direction.
     fn at(&self, [radius, z]: [f64; 2], turn: f64) -> Vector3<f64> {
         let (sin, cos) = (self.facing + turn).sin_cos();
         Vector3::new(radius * cos, radius * sin, z)
     }
 
-    fn hull(&self) -> Option<Vec<Vector2<f64>>> {
+    fn rims(&self) -> Option<Vec<Vector2<f64>>> {
         let mut points = Vec::with_capacity(AROUND * self.profile.points().len());
         for point in self.profile.points() {
             for k in 0..AROUND {
@@ -95,7 +111,7 @@ impl Drawn<'_> {
                 points.push(self.points.pixel(self.at(to, turn))?);
             }
         }
-        Some(convex_hull(&points))
+        Some(points)
     }
 
     /// Adds the lines along which sides turn away.
@@ -120,13 +136,8 @@ impl Drawn<'_> {
     }
 
     /// Adds the circles at the ends and where the profile bends, as far as they are seen.
-    fn circles(
-        &self,
-        outline: &mut Outline,
-        inside: Vector2<f64>,
-        eye: &Vector3<f64>,
-    ) -> Option<()> {
-        let points = self.profile.points();
+    fn circles(&self, outline: &mut Outline, inside: Vector2<f64>) -> Option<()> {
+        let (points, eye) = (self.profile.points(), &self.eye);
         let last = points.len() - 1;
         for (k, point) in points.iter().enumerate() {
             // What is below the circle and above it; an end's face is seen all around or not at all.

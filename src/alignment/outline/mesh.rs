@@ -9,8 +9,8 @@ use crate::world::Mesh;
 /// a quarter of the picture's size asks for so many ([`crate::alignment::placement`]).
 const ROUGHLY: usize = 8;
 
-/// Returns the outline of a mesh; `None` when the camera is inside it or part of it is behind the camera.
-pub(super) fn outline(
+/// Returns the lines of a mesh; `None` when none is seen or part of one is behind the camera.
+pub(super) fn lines(
     view: &Projector,
     mesh: &Mesh,
     pose: &ObjectPose,
@@ -18,8 +18,6 @@ pub(super) fn outline(
 ) -> Option<Outline> {
     let eye = (pose.isometry().inverse() * Point3::from(view.eye())).coords;
     let points = view.of(pose);
-    let hull: Option<Vec<Vector2<f64>>> = mesh.hull().iter().map(|p| points.pixel(*p)).collect();
-    let hull = convex_hull(&hull?);
     let (rough, exact);
     let seen = if per_edge <= ROUGHLY {
         rough = mesh.roughly_seen(&eye, per_edge);
@@ -44,7 +42,7 @@ pub(super) fn outline(
         samples.push(Sample { pixel, normal, body: spot.at, length, kind, edge: spot.line });
     }
     let within = seen.within.iter().filter_map(|p| points.pixel(*p)).collect();
-    Some(Outline { samples, hull, within, ..Outline::default() }).filter(|o| !o.samples.is_empty())
+    Some(Outline { samples, within, ..Outline::default() }).filter(|o| !o.samples.is_empty())
 }
 
 /// Returns convex polygons that together are a mesh's silhouette, px: those of its convex parts.
