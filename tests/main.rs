@@ -20,6 +20,7 @@ mod program;
 mod schema;
 mod rig;
 mod sheet;
+mod sights;
 mod execution;
 mod bridge;
 mod emulator;

@@ -9,6 +9,7 @@ use trueup::alignment::hand_eye::{Mount, View};
 use trueup::world::{Camera, Intrinsics, Pixel, Pose};
 
 use crate::sheet::Sheet;
+use crate::sights::Sights;
 
 /// Everything as it is, and how badly it is said.
 #[derive(Debug, Clone)]
@@ -149,11 +150,11 @@ impl Rig {
 
     /// A picture of the board, a white margin around it, on a grey table.
     pub(crate) fn picture(&self, picture: usize) -> RgbImage {
-        let camera = self.seen_by(picture);
+        let sights = Sights::of(&self.seen_by(picture));
         let (columns, rows) = (self.board.columns as f64, self.board.rows as f64);
         let shade = |u: f64, v: f64| -> f64 {
-            let Some(p) = camera.on_plane(Pixel::new(u, v), 0.0) else { return 90.0 };
-            let (x, y) = (p.coords().x / self.board.square, p.coords().y / self.board.square);
+            let Some([x, y]) = sights.on_plane(u, v) else { return 90.0 };
+            let (x, y) = (x / self.board.square, y / self.board.square);
             let is_within = |rim: f64| {
                 x >= -rim && y >= -rim && x <= columns + rim - 1.0 && y <= rows + rim - 1.0
             };

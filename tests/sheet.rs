@@ -1,11 +1,12 @@
 //! Boards drawn through a lens, as a camera at a known place sees them.
 
 use image::{Rgb, RgbImage};
-use nalgebra::Vector3;
 use rand::rngs::StdRng;
 use rand::{RngExt as _, SeedableRng as _};
 use trueup::alignment::boards::Target;
-use trueup::world::{Camera, Pixel};
+use trueup::world::Camera;
+
+use crate::sights::Sights;
 
 /// What is drawn of a board, and its middle, m.
 pub(crate) struct Sheet {
@@ -56,19 +57,14 @@ pub(crate) fn sheet(target: &Target) -> Sheet {
 
 /// The picture: four looks a pixel, noise of 2 grey levels.
 pub(crate) fn taken(sheet: &Sheet, camera: &Camera, seed: u64) -> RgbImage {
-    let k = camera.intrinsics;
-    let iso = camera.world_from_camera;
+    let sights = Sights::of(camera);
     let mut random = StdRng::seed_from_u64(seed);
-    RgbImage::from_fn(k.width, k.height, |u, v| {
+    RgbImage::from_fn(camera.intrinsics.width, camera.intrinsics.height, |u, v| {
         let mut sum = 0.0;
         for i in 0..4 {
             let (du, dv) = (f64::from(i % 2) / 2.0 - 0.25, f64::from(i / 2) / 2.0 - 0.25);
-            let pixel = Pixel::new(f64::from(u) + du, f64::from(v) + dv);
-            let n = k.normalise(pixel);
-            let ray = iso.rotation() * Vector3::new(n.x, n.y, 1.0);
-            let far = -iso.origin().z / ray.z;
-            let at = iso.origin() + ray * far;
-            sum += if (sheet.is_bright)(at.x, at.y) { 205.0 } else { 35.0 };
+            let at = sights.on_plane(f64::from(u) + du, f64::from(v) + dv);
+            sum += if at.is_some_and(|[x, y]| (sheet.is_bright)(x, y)) { 205.0 } else { 35.0 };
         }
         let grey: f64 = sum / 4.0 + random.random_range(-3.5..3.5);
         Rgb([grey.round().clamp(0.0, 255.0) as u8; 3])

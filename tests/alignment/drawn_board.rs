@@ -11,6 +11,8 @@ use trueup::alignment::chessboard::Board;
 use trueup::alignment::plane::Plane;
 use trueup::world::{Camera, Intrinsics, Pixel, Pose};
 
+use crate::sights::Sights;
+
 /// What stands before the board, in the picture.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Cover {
@@ -130,11 +132,11 @@ impl Photo {
 
     /// Squares around the inner corners, a margin as wide, and a grey table.
     pub(crate) fn taken(&self) -> RgbImage {
-        let camera = self.camera();
+        let sights = Sights::of(&self.camera());
         let (w, h) = (self.lens.width as usize, self.lens.height as usize);
         let ground = |u: f64, v: f64| {
-            let Some(p) = camera.on_plane(Pixel::new(u, v), 0.0) else { return 90.0 };
-            let (x, y) = (p.coords().x / self.board.square, p.coords().y / self.board.square);
+            let Some([x, y]) = sights.on_plane(u, v) else { return 90.0 };
+            let (x, y) = (x / self.board.square, y / self.board.square);
             let (c, r) = (self.board.columns as f64, self.board.rows as f64);
             if x < -2.0 || y < -2.0 || x > c + 1.0 || y > r + 1.0 {
                 90.0

@@ -128,14 +128,18 @@ fn least_squares(columns: &[&[f64]], residuals: &[f64]) -> Option<(Vec<f64>, f64
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Four sums keep the processor's adders busy.
     let mut sums = [0.0; 4];
-    let (chunks_a, chunks_b) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = chunks_a.remainder().iter().zip(chunks_b.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in chunks_a.zip(chunks_b) {
+    let n = a.len().min(b.len());
+    let (a, b) = (&a[..n], &b[..n]);
+    for k in 0..n / 4 {
         for i in 0..4 {
-            sums[i] += a[i] * b[i];
+            sums[i] += a[4 * k + i] * b[4 * k + i];
         }
     }
-    sums.iter().sum::<f64>() + rest
+    let mut rest = 0.0;
+    for k in n / 4 * 4..n {
+        rest += a[k] * b[k];
+    }
+    sums[0] + sums[1] + sums[2] + sums[3] + rest
 }
 
 /// Returns the sum of squares that is left of `residuals` when multiples of the columns may be taken

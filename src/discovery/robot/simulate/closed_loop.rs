@@ -164,7 +164,7 @@ impl<'a> Run<'a> {
         let at = (late / self.course.tick).min((self.course.ticks - 2) as f64);
         let index = at as usize;
         let there = GridPoint { n, index, part: at - index as f64 };
-        let [q, dq] = [reference, reference_speed].map(|values| there.all(values));
+        let (q, dq) = (there.all(reference), there.all(reference_speed));
         let feedforward = here.all(&plant.feedforward);
         for j in 0..n {
             let mut asked = kp[j] * (q[j] - self.now.q[j]) + kd[j] * (dq[j] - self.now.dq[j]);
@@ -218,9 +218,9 @@ impl<'a> Run<'a> {
     fn accelerations(&self, here: GridPoint, friction: &Joints) -> Joints {
         let plant = &self.course.plant;
         let n = plant.n;
-        let mut push = [0.0; MOST_JOINTS];
+        let (mut push, mut ddq) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
         let (mut off, mut off_speed) = ([0.0; MOST_JOINTS], [0.0; MOST_JOINTS]);
-        let [bias, q, dq] = [&plant.bias, &plant.q, &plant.dq].map(|values| here.all(values));
+        let (bias, q, dq) = (here.all(&plant.bias), here.all(&plant.q), here.all(&plant.dq));
         for j in 0..n {
             push[j] = self.active.gain[j] * self.now.tau[j] - bias[j];
             off[j] = self.q[j] + self.flex[j] - q[j];
@@ -228,20 +228,27 @@ impl<'a> Run<'a> {
         }
         if !self.active.needed.is_empty() {
             let needed = here.all(&self.active.needed);
-            push.iter_mut().zip(needed).for_each(|(push, needed)| *push -= needed);
+            for j in 0..n {
+                push[j] -= needed[j];
+            }
         }
-        push.iter_mut().zip(friction).for_each(|(push, friction)| *push += friction);
         let square = here.index * n * n..(here.index + 1) * n * n;
         let (stiffness, damping) = (&plant.stiffness[square.clone()], &plant.damping[square]);
-        let of_joints = stiffness.chunks_exact(n).zip(damping.chunks_exact(n));
-        for (push, (stiffness, damping)) in push.iter_mut().zip(of_joints) {
-            let back = stiffness.iter().zip(&off).map(|(s, off)| s * off);
-            let slowing = damping.iter().zip(&off_speed).map(|(d, off)| d * off);
-            *push -= back.zip(slowing).map(|(back, slowing)| back + slowing).sum::<f64>();
+        for i in 0..n {
+            let (stiffness, damping) = (&stiffness[i * n..][..n], &damping[i * n..][..n]);
+            let mut back = 0.0;
+            for j in 0..n {
+                back += stiffness[j] * off[j] + damping[j] * off_speed[j];
+            }
+            push[i] += friction[i];
+            push[i] -= back;
         }
-        let mut ddq = [0.0; MOST_JOINTS];
-        for (ddq, row) in ddq.iter_mut().zip(self.inverse_mass(here).chunks_exact(n)) {
-            *ddq = row.iter().zip(&push).map(|(m, push)| m * push).sum();
+        let inverse = self.inverse_mass(here);
+        for i in 0..n {
+            let inverse = &inverse[i * n..][..n];
+            for j in 0..n {
+                ddq[i] += inverse[j] * push[j];
+            }
         }
         ddq
     }

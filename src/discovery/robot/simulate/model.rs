@@ -96,8 +96,8 @@ impl GridPoint {
         let at = self.index * self.n;
         let (a, b) = values[at..at + 2 * self.n].split_at(self.n);
         let mut all = [0.0; MOST_JOINTS];
-        for (to, (a, b)) in all.iter_mut().zip(a.iter().zip(b)) {
-            *to = a + self.part * (b - a);
+        for j in 0..self.n {
+            all[j] = a[j] + self.part * (b[j] - a[j]);
         }
         all
     }
