@@ -7,7 +7,9 @@
 //! The engine's defaults are tuned for games at the scale of metres and let a held jar creep by
 //! millimetres; the settings below, and what remembers where it sticks (`stick.rs`), hold it within 0.01 mm.
 
+mod alone;
 mod build;
+mod equations;
 mod servo;
 mod stick;
 mod tree;
@@ -24,6 +26,7 @@ use rapier3d_f64::geometry::{
 use rapier3d_f64::pipeline::PhysicsPipeline;
 use rapier3d_f64::utils::OrthonormalBasis;
 
+use alone::Alone;
 use stick::Stuck;
 pub use tree::{Body, Tree};
 
@@ -66,6 +69,8 @@ pub struct Physics {
     gravity: Vector3<f64>,
     /// What sticks to the jaws.
     stuck: Vec<Stuck>,
+    /// The arm while nothing can touch it.
+    alone: Alone,
     parameters: IntegrationParameters,
     pipeline: PhysicsPipeline,
     islands: IslandManager,
@@ -92,6 +97,7 @@ impl Clone for Physics {
             tree: self.tree.clone(),
             gravity: self.gravity,
             stuck: self.stuck.clone(),
+            alone: self.alone.clone(),
             parameters: self.parameters,
             // The pipeline is scratch memory only; all that lasts from step to step is in the sets.
             pipeline: PhysicsPipeline::new(),
@@ -157,6 +163,7 @@ impl Physics {
             tree: Tree::new(robot)?,
             gravity: settings.gravity,
             stuck: Vec::new(),
+            alone: Alone::default(),
             parameters: parameters(settings),
             pipeline: PhysicsPipeline::new(),
             islands: IslandManager::new(),
@@ -178,12 +185,18 @@ impl Physics {
         world.table = world.add_table(scene, settings);
         world.add_arm(robot, scene, state, settings)?;
         world.add_objects(scene, state, settings)?;
+        world.alone = Alone::new(&world.tree, world.widest());
         Ok(world)
     }
 
     /// Advances the rigid world by one time step, in which what hangs in the jaws creeps along the pads at `creep`
     /// m/s.
     pub fn step(&mut self, creep: f64) {
+        if self.step_alone() {
+            self.stuck.clear();
+            return;
+        }
+        self.hand_over();
         let pulls = self.pulls(creep);
         self.mind_limits();
         self.pipeline.step(
@@ -246,7 +259,8 @@ impl Physics {
 
     /// Returns the pose in the world of a body of the arm.
     fn body_pose(&self, body: usize) -> Isometry3<f64> {
-        pose_from_engine(self.bodies[self.links[body]].position())
+        let engines = || pose_from_engine(self.bodies[self.links[body]].position());
+        self.alone.pose(body).unwrap_or_else(engines)
     }
 
     /// Returns the pose in the world of a link.

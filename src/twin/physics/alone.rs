@@ -1,0 +1,333 @@
+//! The arm where nothing can touch it: moved by its own equations of motion, in place of the engine's.
+//!
+//! The engine works out mass matrix and constraints of any tree of bodies, in matrices of any size; that is most of a step.
+//! Here the same is done for a chain of few joints about one point: the mass matrix by composite bodies, what speed and weight
+//! ask for by Newton and Euler, and then what the servos, dry friction, the jaws' motors, their ends and what couples them do,
+//! row by row as the engine goes through them. Joints are the engine's and are left as it would leave them, so that either may
+//! take the next step.
+//!
+//! It is for the arm alone: while any thing moves, or is near the arm, or a servo gives all it has, the engine takes the step.
+//!
+//! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2; Mirtich, *Impulse-based Dynamic
+//! Simulation*, 1996, on what two things cannot have gone towards each other since they were last looked at, §2.3.
+
+use nalgebra::{Isometry3, Vector3};
+use rapier3d_f64::dynamics::{RigidBodyHandle, SpringCoefficients};
+use rapier3d_f64::geometry::Aabb;
+
+use super::equations::{Equations, MOST, factor, solve};
+use super::{Joint, NEAR_LIMIT, Physics, Tree};
+use crate::motion::robot::Motion;
+use crate::twin::convert::{pose_from_engine, pose_to_engine};
+
+/// What is nearer to the arm than this is the engine's, m: four times as far as it foresees contacts, 5 mm.
+const NEAR: f64 = 0.02;
+
+/// The arm as it is moved here.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Alone {
+    /// Where the arm's bodies are in the world, once a step was taken here; else the engine knows.
+    poses: Option<Vec<Isometry3<f64>>>,
+    /// How far all else is from the arm at least, m.
+    clear: f64,
+    /// No place on the arm is farther from the axis of a joint than this, m.
+    reach: f64,
+}
+
+/// A joint in a step.
+#[derive(Debug, Clone, Copy, Default)]
+struct Turn {
+    /// Its degree of freedom in the engine.
+    dof: usize,
+    /// Where it is, rad or m.
+    at: f64,
+    /// Its spring in N·m/rad or N/m, and where that is at rest.
+    spring: (f64, f64),
+    damping: f64,
+    friction: f64,
+    armature: f64,
+}
+
+/// One row of what is solved for after the other: an impulse within bounds that brings a speed to what it should be.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    /// The joint whose speed it is, and one whose speed is taken from it.
+    joint: usize,
+    less: Option<usize>,
+    /// The speeds an impulse of 1 gives.
+    gives: [f64; MOST],
+    /// What it works against, beside the masses.
+    gain: f64,
+    inverse: f64,
+    /// What is missing to the speed, with and without what is to be made up for.
+    missing: [f64; 2],
+    bounds: [f64; 2],
+    impulse: f64,
+}
+
+impl Alone {
+    /// Makes the arm ready, once its bodies and joints are in the engine.
+    pub(super) fn new(tree: &Tree, reach_beyond: f64) -> Self {
+        let joints = tree.bodies.iter().filter_map(|body| body.joint.as_ref());
+        let between = joints.map(|joint| {
+            let slides = if joint.motion == Motion::Slide { joint.range.1.abs() } else { 0.0 };
+            joint.parent_from_link.translation.vector.norm() + slides
+        });
+        // A metre at least: what slides goes as far as it says.
+        Self { reach: (between.sum::<f64>() + reach_beyond).max(1.0), ..Self::default() }
+    }
+
+    /// Returns the pose in the world of a body of the arm, if the last step was taken here.
+    pub(super) fn pose(&self, body: usize) -> Option<Isometry3<f64>> {
+        self.poses.as_ref().map(|poses| poses[body])
+    }
+}
+
+impl Physics {
+    /// Takes a step of the arm if it is alone, and returns whether it was.
+    pub(super) fn step_alone(&mut self) -> bool {
+        if !self.is_alone() {
+            self.alone.clear = 0.0;
+            return false;
+        }
+        let base = self.body_pose(0);
+        let mut poses = self.alone.poses.take().unwrap_or_else(|| self.places(base));
+        let moved = self.move_alone(&poses);
+        self.place(&mut poses);
+        self.alone.poses = Some(poses);
+        self.alone.clear -= moved * self.alone.reach;
+        true
+    }
+
+    /// Tells the engine where the arm is, after steps that were taken here.
+    pub(super) fn hand_over(&mut self) {
+        let Some(poses) = self.alone.poses.take() else { return };
+        for (link, pose) in self.links.iter().zip(&poses).skip(1) {
+            self.bodies[*link].set_position(pose_to_engine(pose), false);
+        }
+    }
+
+    /// Returns whether nothing can touch the arm in this step, and no joint needs what only the engine knows.
+    fn is_alone(&mut self) -> bool {
+        let few =
+            self.tree.bodies.len() <= MOST && self.arm.len() + 2 == self.tree.bodies.len() - 1;
+        if !few || self.parameters.num_solver_iterations != 1 {
+            return false;
+        }
+        let moves = |handle: &RigidBodyHandle| {
+            let body = &self.bodies[*handle];
+            !(body.is_fixed() || body.is_sleeping())
+        };
+        if self.objects.iter().flatten().any(moves)
+            || !self.arm.iter().all(|joint| self.is_held(joint))
+        {
+            return false;
+        }
+        if self.alone.clear <= NEAR {
+            self.alone.clear = self.clearance();
+        }
+        self.alone.clear > NEAR
+    }
+
+    /// Returns whether a joint of the arm is held by its servo's spring alone, away from its ends.
+    fn is_held(&self, joint: &Joint) -> bool {
+        let Some((multibody, link)) = self.multibody_joints.get(joint.handle) else { return false };
+        let Some(link) = multibody.link(link) else { return false };
+        let stiff = link.joint().spring(joint.axis as usize).0;
+        let at = link.joint().coords()[joint.axis as usize];
+        stiff > 0.0
+            && joint.range.is_none_or(|[low, high]| {
+                let margin = NEAR_LIMIT * (high - low);
+                at > low + margin && at < high - margin
+            })
+    }
+
+    /// Returns how far the arm is from all else at least, m: between boxes along the axes of the world.
+    fn clearance(&self) -> f64 {
+        let places = (0..self.links.len()).map(|body| self.body_pose(body));
+        let mut own: Vec<Aabb> = Vec::new();
+        for (link, place) in self.links.iter().zip(places).skip(1) {
+            for handle in self.bodies[*link].colliders() {
+                let collider = &self.colliders[*handle];
+                let within = collider
+                    .position_wrt_parent()
+                    .map_or_else(Isometry3::identity, pose_from_engine);
+                own.push(collider.shape().compute_aabb(&pose_to_engine(&(place * within))));
+            }
+        }
+        let others = self.objects.iter().flatten().chain([&self.table]);
+        let others = others.flat_map(|body| self.bodies[*body].colliders());
+        others.fold(f64::INFINITY, |least, other| {
+            let other = self.colliders[*other].compute_aabb();
+            own.iter().fold(least, |least, own| least.min(between(own, &other)))
+        })
+    }
+
+    /// Returns how far any surface of the arm is from the origin of its body, m.
+    pub(super) fn widest(&self) -> f64 {
+        let own = self.links.iter().flat_map(|link| self.bodies[*link].colliders());
+        own.fold(0.0, |most, handle| {
+            let collider = &self.colliders[*handle];
+            let ball = collider.shape().compute_local_bounding_sphere();
+            let at = collider.position_wrt_parent().map_or(0.0, |pose| pose.translation.length());
+            most.max(at + ball.center.length() + ball.radius)
+        })
+    }
+
+    /// Returns where the arm's bodies are.
+    fn places(&self, base: Isometry3<f64>) -> Vec<Isometry3<f64>> {
+        let mut poses = vec![base; self.tree.bodies.len()];
+        self.place(&mut poses);
+        poses
+    }
+
+    /// Puts the bodies of the arm where its joints have them; the first one stays.
+    fn place(&self, poses: &mut [Isometry3<f64>]) {
+        for joint in self.arm.iter().chain(&self.jaws) {
+            let body = &self.tree.bodies[joint.body];
+            let (Some(parent), Some(moved)) = (body.parent, &body.joint) else { continue };
+            poses[joint.body] = poses[parent] * moved.parent_from_link(self.coordinate(joint));
+        }
+    }
+
+    /// Moves the joints by a step, and returns how far any of them can have gone, rad or m, all in all.
+    fn move_alone(&mut self, poses: &[Isometry3<f64>]) -> f64 {
+        let dt = self.parameters.dt;
+        let n = self.tree.bodies.len() - 1;
+        let (turns, mut speeds) = self.turns();
+        let Equations { mut mass, bias, .. } = self.equations(poses, &speeds);
+        let mut change = [0.0; MOST];
+        for k in 0..n {
+            let Turn { at, spring: (stiff, rest), damping, armature, .. } = turns[k];
+            mass[k][k] += armature + dt * (damping + dt * stiff);
+            let force = stiff * (rest - at - dt * speeds[k]) - damping * speeds[k];
+            change[k] = dt * (force - bias[k]);
+        }
+        factor(&mut mass, n);
+        solve(&mass, n, &mut change);
+        (0..n).for_each(|k| speeds[k] += change[k]);
+        let mut rows = self.rows(&turns, &mass);
+        for _ in 0..self.parameters.num_internal_pgs_iterations {
+            rows.iter_mut().for_each(|row| row.solve(&mut speeds, 0));
+        }
+        let mut ways = vec![0.0; n];
+        (0..n).for_each(|k| ways[turns[k].dof] = dt * speeds[k]);
+        for _ in 0..self.parameters.num_internal_stabilization_iterations {
+            rows.iter_mut().for_each(|row| row.solve(&mut speeds, 1));
+        }
+        let first = self.jaws[0].handle;
+        let (multibody, _) = self.multibody_joints.get_mut(first).expect("never removed");
+        multibody.apply_displacements(&ways);
+        let mut generalized = multibody.generalized_velocity_mut();
+        (0..n).for_each(|k| generalized[turns[k].dof] = speeds[k]);
+        ways.iter().map(|way| way.abs()).sum()
+    }
+
+    /// Returns the joints, by the bodies they move, and their speeds, rad/s or m/s.
+    fn turns(&self) -> ([Turn; MOST], [f64; MOST]) {
+        let (mut turns, mut speeds) = ([Turn::default(); MOST], [0.0; MOST]);
+        for joint in self.arm.iter().chain(&self.jaws) {
+            let (multibody, link) = self.multibody_joints.get(joint.handle).expect("never removed");
+            let Some(link) = multibody.link(link) else { continue };
+            let (dof, axis) = (link.assembly_id(), joint.axis as usize);
+            turns[joint.body - 1] = Turn {
+                dof,
+                at: link.joint().coords()[axis],
+                spring: link.joint().spring(axis),
+                damping: multibody.damping()[dof],
+                friction: multibody.frictions()[dof],
+                armature: multibody.armature()[dof],
+            };
+            speeds[joint.body - 1] = multibody.generalized_velocity()[dof];
+        }
+        (turns, speeds)
+    }
+
+    /// Returns what is gone through row by row: dry friction of the arm's joints, motors, ends and coupling of the jaws.
+    fn rows(&self, turns: &[Turn; MOST], mass: &[[f64; MOST]; MOST]) -> Vec<Row> {
+        let (dt, n) = (self.parameters.dt, self.tree.bodies.len() - 1);
+        let softness = SpringCoefficients::<f64>::joint_defaults();
+        let make_up = softness.erp_inv_dt(dt);
+        let row = |joint: usize, less: Option<usize>, soft: f64, gain: f64| {
+            let mut gives = [0.0; MOST];
+            gives[joint] = 1.0;
+            if let Some(less) = less {
+                gives[less] = -1.0;
+            }
+            solve(mass, n, &mut gives);
+            let own = gives[joint] - less.map_or(0.0, |less| gives[less]);
+            let gain = own * soft + gain;
+            let (missing, bounds) = ([0.0; 2], [-f64::MAX, f64::MAX]);
+            Row {
+                joint,
+                less,
+                gives,
+                gain,
+                inverse: 1.0 / (own + gain),
+                missing,
+                bounds,
+                impulse: 0.0,
+            }
+        };
+        let mut rows = Vec::with_capacity(2 * MOST);
+        for (k, turn) in turns[..n].iter().enumerate().filter(|(_, turn)| turn.friction > 0.0) {
+            let most = turn.friction * dt;
+            rows.push(Row { bounds: [-most, most], ..row(k, None, softness.cfm_coeff(dt), 0.0) });
+        }
+        for joint in &self.jaws {
+            let (k, at) = (joint.body - 1, turns[joint.body - 1].at);
+            let (multibody, link) = self.multibody_joints.get(joint.handle).expect("never removed");
+            let Some(link) = multibody.link(link) else { continue };
+            let range = joint.range.unwrap_or([-f64::MAX, f64::MAX]);
+            if let Some(motor) = link.joint().data.motor(joint.axis) {
+                let (stiff, damping) = (motor.stiffness, motor.damping);
+                let spring = dt * stiff + damping;
+                if spring > 0.0 {
+                    let [low, high] = range.map(|end| (end - at) / dt);
+                    let missing = (at - motor.target_pos) * stiff / spring
+                        - motor.target_vel.max(low).min(high);
+                    let most = motor.max_force * dt;
+                    let (missing, bounds) = ([missing; 2], [-most, most]);
+                    rows.push(Row { missing, bounds, ..row(k, None, 0.0, 1.0 / (dt * spring)) });
+                }
+            }
+            let beyond = (at - range[1]).max(0.0) - (range[0] - at).max(0.0);
+            if beyond != 0.0 {
+                let bounds = if beyond > 0.0 { [0.0, f64::MAX] } else { [-f64::MAX, 0.0] };
+                let missing = [beyond * make_up, 0.0];
+                rows.push(Row { missing, bounds, ..row(k, None, softness.cfm_coeff(dt), 0.0) });
+            }
+        }
+        // As the engine has them coupled: the first follows the last.
+        let [first, last] = [0, 1].map(|jaw| self.jaws[jaw].body - 1);
+        let apart = (turns[first].at - turns[last].at) * make_up;
+        rows.push(Row { missing: [apart, 0.0], ..row(first, Some(last), 0.0, 0.0) });
+        rows
+    }
+}
+
+impl Row {
+    /// Brings its speed to what it should be, as far as its bounds let it; `which` is what is missing then.
+    fn solve(&mut self, speeds: &mut [f64; MOST], which: usize) {
+        let speed = speeds[self.joint] - self.less.map_or(0.0, |less| speeds[less]);
+        let missing = self.missing[which] + speed;
+        let whole = self.impulse + self.inverse * (missing - self.gain * self.impulse);
+        let whole = whole.max(self.bounds[0]).min(self.bounds[1]);
+        let more = whole - self.impulse;
+        self.impulse = whole;
+        for (speed, gives) in speeds.iter_mut().zip(&self.gives) {
+            *speed -= more * gives;
+        }
+    }
+}
+
+/// Returns how far two boxes are from each other, m; 0 when they meet.
+fn between(a: &Aabb, b: &Aabb) -> f64 {
+    let apart = |low: f64, high: f64| (low - high).max(0.0);
+    let gap = [
+        apart(a.mins.x, b.maxs.x) + apart(b.mins.x, a.maxs.x),
+        apart(a.mins.y, b.maxs.y) + apart(b.mins.y, a.maxs.y),
+        apart(a.mins.z, b.maxs.z) + apart(b.mins.z, a.maxs.z),
+    ];
+    Vector3::from(gap).norm()
+}
