@@ -15,19 +15,23 @@ use nalgebra::{Isometry3, Vector3};
 use rapier3d_f64::dynamics::{RigidBodyHandle, SpringCoefficients};
 use rapier3d_f64::geometry::Aabb;
 
-use super::equations::{Equations, MOST, factor, solve};
+use super::equations::{Equations, MOST, Twist, factor, solve};
+use super::held::{Held, Speeds};
+use super::stick::Pulls;
 use super::{Joint, NEAR_LIMIT, Physics, Tree};
 use crate::motion::robot::Motion;
-use crate::twin::convert::{pose_from_engine, pose_to_engine};
+use crate::twin::convert::{pose_from_engine, pose_to_engine, to_engine};
 
-/// What is nearer to the arm than this is the engine's, m: four times as far as it foresees contacts, 5 mm.
-const NEAR: f64 = 0.02;
+/// What is nearer to the arm than this is the engine's, m: twice as far as it foresees contacts.
+const NEAR: f64 = 0.01;
 
 /// The arm as it is moved here.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub(super) struct Alone {
     /// Where the arm's bodies are in the world, once a step was taken here; else the engine knows.
     poses: Option<Vec<Isometry3<f64>>>,
+    /// What the jaws hold, if that is moved here too.
+    pub(super) held: Option<Held>,
     /// How far all else is from the arm at least, m.
     clear: f64,
     /// No place on the arm is farther from the axis of a joint than this, m.
@@ -77,6 +81,11 @@ impl Alone {
         Self { reach: (between.sum::<f64>() + reach_beyond).max(1.0), ..Self::default() }
     }
 
+    /// Returns whether the last step was taken here.
+    pub(super) fn is_here(&self) -> bool {
+        self.poses.is_some()
+    }
+
     /// Returns the pose in the world of a body of the arm, if the last step was taken here.
     pub(super) fn pose(&self, body: usize) -> Option<Isometry3<f64>> {
         self.poses.as_ref().map(|poses| poses[body])
@@ -84,18 +93,21 @@ impl Alone {
 }
 
 impl Physics {
-    /// Takes a step of the arm if it is alone, and returns whether it was.
-    pub(super) fn step_alone(&mut self) -> bool {
+    /// Takes a step of the arm, and of what it holds, if nothing else can touch them; returns whether it did. What sticks to
+    /// the jaws creeps along them at `creep` m/s.
+    pub(super) fn step_alone(&mut self, creep: f64) -> bool {
         if !self.is_alone() {
             self.alone.clear = 0.0;
+            self.alone.held = None;
             return false;
         }
+        let pulls = self.pulls(creep);
         let base = self.body_pose(0);
         let mut poses = self.alone.poses.take().unwrap_or_else(|| self.places(base));
-        let moved = self.move_alone(&poses);
+        let moved = self.move_alone(&poses, &pulls);
         self.place(&mut poses);
         self.alone.poses = Some(poses);
-        self.alone.clear -= moved * self.alone.reach;
+        self.alone.clear -= moved;
         true
     }
 
@@ -114,13 +126,24 @@ impl Physics {
         if !few || self.parameters.num_solver_iterations != 1 {
             return false;
         }
-        let moves = |handle: &RigidBodyHandle| {
-            let body = &self.bodies[*handle];
+        let moves = |handle: RigidBodyHandle| {
+            let body = &self.bodies[handle];
             !(body.is_fixed() || body.is_sleeping())
         };
-        if self.objects.iter().flatten().any(moves)
+        let objects = self.objects.iter().enumerate();
+        let mut moving = objects.filter(|(_, handle)| handle.is_some_and(moves)).map(|(at, _)| at);
+        let (thing, more) = (moving.next(), moving.next());
+        if more.is_some()
+            || thing.is_some_and(|thing| !self.holds(thing))
             || !self.arm.iter().all(|joint| self.is_held(joint))
         {
+            return false;
+        }
+        if thing != self.alone.held.as_ref().map(|held| held.object) {
+            self.alone.clear = 0.0;
+            self.alone.held = thing.and_then(|thing| self.take_over(thing));
+        }
+        if thing.is_some() != self.alone.held.is_some() {
             return false;
         }
         if self.alone.clear <= NEAR {
@@ -142,20 +165,23 @@ impl Physics {
             })
     }
 
-    /// Returns how far the arm is from all else at least, m: between boxes along the axes of the world.
+    /// Returns how far the arm and what it holds are from all else at least, m: between boxes along the axes of the world.
     fn clearance(&self) -> f64 {
-        let places = (0..self.links.len()).map(|body| self.body_pose(body));
+        let held = self.alone.held.as_ref().map(|held| held.thing);
+        let links = self.links.iter().enumerate().skip(1);
+        let bodies = links.map(|(body, link)| (*link, self.body_pose(body)));
+        let thing = held.map(|thing| (thing, pose_from_engine(self.bodies[thing].position())));
         let mut own: Vec<Aabb> = Vec::new();
-        for (link, place) in self.links.iter().zip(places).skip(1) {
-            for handle in self.bodies[*link].colliders() {
+        for (body, place) in bodies.chain(thing) {
+            for handle in self.bodies[body].colliders() {
                 let collider = &self.colliders[*handle];
-                let within = collider
-                    .position_wrt_parent()
-                    .map_or_else(Isometry3::identity, pose_from_engine);
+                let within = collider.position_wrt_parent();
+                let within = within.map_or_else(Isometry3::identity, pose_from_engine);
                 own.push(collider.shape().compute_aabb(&pose_to_engine(&(place * within))));
             }
         }
         let others = self.objects.iter().flatten().chain([&self.table]);
+        let others = others.filter(|body| held != Some(**body));
         let others = others.flat_map(|body| self.bodies[*body].colliders());
         others.fold(f64::INFINITY, |least, other| {
             let other = self.colliders[*other].compute_aabb();
@@ -190,37 +216,65 @@ impl Physics {
         }
     }
 
-    /// Moves the joints by a step, and returns how far any of them can have gone, rad or m, all in all.
-    fn move_alone(&mut self, poses: &[Isometry3<f64>]) -> f64 {
+    /// Moves the joints, and what is held, by a step; returns how far any place on them can have gone, m.
+    fn move_alone(&mut self, poses: &[Isometry3<f64>], pulls: &Pulls) -> f64 {
         let dt = self.parameters.dt;
         let n = self.tree.bodies.len() - 1;
-        let (turns, mut speeds) = self.turns();
-        let Equations { mut mass, bias, .. } = self.equations(poses, &speeds);
+        let (turns, joints) = self.turns();
+        let Equations { mut mass, bias, axes } = self.equations(poses, &joints);
         let mut change = [0.0; MOST];
         for k in 0..n {
             let Turn { at, spring: (stiff, rest), damping, armature, .. } = turns[k];
             mass[k][k] += armature + dt * (damping + dt * stiff);
-            let force = stiff * (rest - at - dt * speeds[k]) - damping * speeds[k];
+            let force = stiff * (rest - at - dt * joints[k]) - damping * joints[k];
             change[k] = dt * (force - bias[k]);
         }
         factor(&mut mass, n);
         solve(&mass, n, &mut change);
-        (0..n).for_each(|k| speeds[k] += change[k]);
+        let mut speeds = Speeds { joints, thing: Twist::default() };
+        (0..n).for_each(|k| speeds.joints[k] += change[k]);
         let mut rows = self.rows(&turns, &mass);
+        let mut held = self.alone.held.take();
+        let mut contacts = held.as_mut().map(|held| {
+            self.find(held, poses);
+            let (thing, speed) = self.thing(held);
+            speeds.thing = thing.falls(&speed, &self.gravity, dt);
+            let contacts = self.contacts(held, &thing, poses, &axes, &mass, pulls);
+            contacts.warm(&mut speeds);
+            (thing, contacts)
+        });
+        let mut sweep = |speeds: &mut Speeds, which: usize| {
+            rows.iter_mut().for_each(|row| row.solve(&mut speeds.joints, which));
+            if let Some((_, contacts)) = &mut contacts {
+                contacts.solve(speeds, which);
+            }
+        };
         for _ in 0..self.parameters.num_internal_pgs_iterations {
-            rows.iter_mut().for_each(|row| row.solve(&mut speeds, 0));
+            sweep(&mut speeds, 0);
+        }
+        let gone = Speeds { ..speeds };
+        for _ in 0..self.parameters.num_internal_stabilization_iterations {
+            sweep(&mut speeds, 1);
         }
         let mut ways = vec![0.0; n];
-        (0..n).for_each(|k| ways[turns[k].dof] = dt * speeds[k]);
-        for _ in 0..self.parameters.num_internal_stabilization_iterations {
-            rows.iter_mut().for_each(|row| row.solve(&mut speeds, 1));
-        }
+        (0..n).for_each(|k| ways[turns[k].dof] = dt * gone.joints[k]);
         let first = self.jaws[0].handle;
         let (multibody, _) = self.multibody_joints.get_mut(first).expect("never removed");
         multibody.apply_displacements(&ways);
         let mut generalized = multibody.generalized_velocity_mut();
-        (0..n).for_each(|k| generalized[turns[k].dof] = speeds[k]);
-        ways.iter().map(|way| way.abs()).sum()
+        (0..n).for_each(|k| generalized[turns[k].dof] = speeds.joints[k]);
+        let mut moved = self.alone.reach * ways.iter().map(|way| way.abs()).sum::<f64>();
+        if let (Some(held), Some((thing, contacts))) = (&mut held, &contacts) {
+            Self::keep(held, contacts);
+            let body = &mut self.bodies[held.thing];
+            body.set_position(pose_to_engine(&thing.moved(&gone.thing, dt)), false);
+            body.set_linvel(to_engine(&speeds.thing.moves), false);
+            body.set_angvel(to_engine(&speeds.thing.turns), false);
+            // No place on a thing is farther from its centre than it is long, and none is longer than an arm.
+            moved += dt * (gone.thing.moves.norm() + gone.thing.turns.norm() * self.alone.reach);
+        }
+        self.alone.held = held;
+        moved
     }
 
     /// Returns the joints, by the bodies they move, and their speeds, rad/s or m/s.
@@ -322,7 +376,7 @@ impl Row {
 }
 
 /// Returns how far two boxes are from each other, m; 0 when they meet.
-fn between(a: &Aabb, b: &Aabb) -> f64 {
+pub(super) fn between(a: &Aabb, b: &Aabb) -> f64 {
     let apart = |low: f64, high: f64| (low - high).max(0.0);
     let gap = [
         apart(a.mins.x, b.maxs.x) + apart(b.mins.x, a.maxs.x),

@@ -583,8 +583,9 @@ fn vessel(
         Shape::Cuboid { size } => {
             let (hx, hy) = (size.x / 2.0, size.y / 2.0);
             let floor = (at(0.0, 0.0, half_wall), SharedShape::cuboid(hx, hy, half_wall));
+            // Two walls stand between the other two: a pad would touch both where their faces are one.
             let walls = [-1.0, 1.0].into_iter().flat_map(|side| {
-                let x = SharedShape::cuboid(half_wall, hy, wall_half);
+                let x = SharedShape::cuboid(half_wall, hy - thick, wall_half);
                 let y = SharedShape::cuboid(hx, half_wall, wall_half);
                 let (across, along) = (side * (hx - half_wall), side * (hy - half_wall));
                 [(at(across, 0.0, wall_z), x), (at(0.0, along, wall_z), y)]

@@ -39,15 +39,15 @@ pub(super) struct Equations {
 }
 
 impl Twist {
-    fn dot(&self, other: &Self) -> f64 {
+    pub(super) fn dot(&self, other: &Self) -> f64 {
         self.turns.dot(&other.turns) + self.moves.dot(&other.moves)
     }
 
-    fn plus(&self, other: &Self) -> Self {
+    pub(super) fn plus(&self, other: &Self) -> Self {
         Self { turns: self.turns + other.turns, moves: self.moves + other.moves }
     }
 
-    fn times(&self, by: f64) -> Self {
+    pub(super) fn times(&self, by: f64) -> Self {
         Self { turns: self.turns * by, moves: self.moves * by }
     }
 

@@ -10,6 +10,7 @@
 mod alone;
 mod build;
 mod equations;
+mod held;
 mod servo;
 mod stick;
 mod tree;
@@ -192,8 +193,7 @@ impl Physics {
     /// Advances the rigid world by one time step, in which what hangs in the jaws creeps along the pads at `creep`
     /// m/s.
     pub fn step(&mut self, creep: f64) {
-        if self.step_alone() {
-            self.stuck.clear();
+        if self.step_alone(creep) {
             return;
         }
         self.hand_over();
@@ -306,6 +306,9 @@ impl Physics {
         if is_new {
             *last = Some(*inertial);
             self.bodies[handle].set_additional_mass_properties(inertia_to_engine(inertial), true);
+            if self.alone.held.as_ref().is_some_and(|held| held.object == object) {
+                self.bodies[handle].recompute_mass_properties_from_colliders(&self.colliders);
+            }
         }
     }
 
@@ -326,6 +329,12 @@ impl Physics {
 
     /// Returns whether two bodies touch.
     pub fn touch(&self, a: Part, b: Part) -> bool {
+        if let Some(held) = &self.alone.held
+            && [a, b].contains(&Part::Object(held.object))
+        {
+            let body = |part: Part| if let Part::Body(body) = part { Some(body) } else { None };
+            return body(a).or(body(b)).is_some_and(|body| Self::is_touched(held, body));
+        }
         let (Some(a), Some(b)) = (self.handle(a), self.handle(b)) else { return false };
         let touching = |x: ColliderHandle, y: ColliderHandle| {
             let pair = self.narrow_phase.contact_pair(x, y);
@@ -338,6 +347,12 @@ impl Physics {
 
     /// Returns whether both jaws press on the object: what they only push aside is touched beside their pads.
     pub fn holds(&self, object: usize) -> bool {
+        if let Some(held) = &self.alone.held {
+            return held.object == object && held.is_pressed;
+        }
+        if self.alone.is_here() {
+            return false;
+        }
         let Some(held) = self.handle(Part::Object(object)) else { return false };
         self.tree.jaws.iter().all(|&jaw| {
             let Some(joint) = &self.tree.bodies[jaw].joint else { return false };
@@ -362,6 +377,9 @@ impl Physics {
     ///
     /// The forces are those of the last step, whose length is `dt` s.
     pub fn pushes(&self, held: Option<usize>, dt: f64) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+        if self.alone.is_here() {
+            return Vec::new();
+        }
         let own = self.tree.hand.iter().map(|body| self.links[*body]);
         let own: Vec<_> = own.chain(held.and_then(|object| self.objects[object])).collect();
         let is_own = |collider: ColliderHandle| {

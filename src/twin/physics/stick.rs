@@ -95,6 +95,11 @@ impl Physics {
 
     /// Returns whether a thing slid along a jaw in the last step; `back` brings it to where it stuck.
     fn slides(&self, jaw: usize, object: usize, back: &Isometry3<f64>) -> bool {
+        if let Some(held) = &self.alone.held {
+            let far = |at: &Vector3<f64>, normal: &Vector3<f64>| along(back, at, normal).norm();
+            let (bears, borne, far) = self.bears(held, jaw, far);
+            return borne >= SLIDES * bears || far > FAR;
+        }
         let Some(object) = self.objects[object] else { return true };
         let jaw = &self.bodies[self.links[jaw]];
         let (mut bears, mut borne, mut far) = (0.0, 0.0, 0.0_f64);
@@ -132,6 +137,24 @@ fn friction(manifold: &ContactManifold) -> (f64, f64) {
 fn along(back: &Isometry3<f64>, at: &Vector3<f64>, normal: &Vector3<f64>) -> Vector3<f64> {
     let way = (back * Point3::from(*at)).coords - at;
     way - normal * way.dot(normal)
+}
+
+impl Pulls {
+    /// Returns how fast a jaw's surface moves at a place on what sticks to it, m/s in the world.
+    pub(super) fn at(
+        &self,
+        jaw: RigidBodyHandle,
+        thing: RigidBodyHandle,
+        at: &Vector3<f64>,
+        normal: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let Some(pull) = self.each.iter().find(|pull| pull.jaw == jaw && pull.thing == thing)
+        else {
+            return Vector3::zeros();
+        };
+        let creep = pull.creep - normal * pull.creep.dot(normal);
+        along(&pull.back, at, normal) * self.rate + creep
+    }
 }
 
 impl PhysicsHooks for Pulls {
