@@ -211,3 +211,60 @@ fn arms_the_physics_cannot_move_are_refused() {
     let error = build(&coupled).unwrap_err().to_string();
     assert!(error.contains("follow each other"), "{error}");
 }
+
+/// An arm that swings, alone or with a block in its jaws, and how the block moved in its hand; beside it something falls that
+/// nothing stops, if so wanted: while a thing moves, the engine moves the arm as well.
+fn swung(holds: bool, beside: bool) -> (Twin, Isometry3<f64>) {
+    let robot = gen3();
+    let tool = *robot.forward_tool(&HOME).unwrap().isometry();
+    let block = solid("block", Shape::Cuboid { size: Vector3::new(0.04, 0.04, 0.06) }, 0.3);
+    let ball = solid("ball", Shape::Cuboid { size: Vector3::repeat(0.05) }, 0.3);
+    let within = tool * at(0.0, 0.0, -0.03);
+    let (mut objects, mut poses) = (Vec::new(), Vec::new());
+    if holds {
+        objects.push(block);
+        poses.push(("block", within, 0.0));
+    }
+    if beside {
+        objects.push(ball);
+        poses.push(("ball", at(0.5, 3.0, 1.0), 0.0));
+    }
+    let mut start = state(&HOME, &poses);
+    if holds {
+        (start.opening, start.held) = (0.04, Some("block".into()));
+    }
+    let mut settings = Settings::for_arm(&robot);
+    settings.arm.coulomb = vec![0.5; 7];
+    settings.arm.viscous = vec![0.25; 7];
+    let mut twin = Twin::new(&robot, &scene(objects), &start, settings).unwrap();
+    let in_hand = |twin: &Twin| {
+        let state = twin.state();
+        let block = state.object("block").and_then(|block| block.world_from_object);
+        block.map_or_else(Isometry3::identity, |block| {
+            *(state.world_from_tool.inverse() * block).isometry()
+        })
+    };
+    twin.run(0.3).unwrap();
+    let before = in_hand(&twin);
+    let there: Vec<f64> = HOME.iter().map(|home| home + 0.3).collect();
+    drive(&mut twin, &there, 0.7);
+    drive(&mut twin, &HOME, 0.7);
+    let after = in_hand(&twin);
+    (twin, before.inverse() * after)
+}
+
+#[test]
+fn an_arm_alone_and_what_it_holds_go_as_the_engine_moves_them() {
+    for holds in [false, true] {
+        let ((own, slip), (engines, slipped)) = (swung(holds, false), swung(holds, true));
+        let off = |a: &[f64], b: &[f64]| {
+            a.iter().zip(b).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
+        };
+        // The engine takes what speed asks for at the end of a step, the arm alone at its beginning.
+        assert!(off(&own.q(), &engines.q()) < 2e-6, "{:?} {:?}", own.q(), engines.q());
+        assert!(off(&own.torques(), &engines.torques()) < 0.02);
+        let apart = (slip.inverse() * slipped).translation.vector.norm();
+        assert!(apart < 1e-6, "{apart} m in the hand");
+        assert!(slip.translation.vector.norm() < 1e-5, "{slip}");
+    }
+}

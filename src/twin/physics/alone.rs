@@ -2,11 +2,11 @@
 //!
 //! The engine works out mass matrix and constraints of any tree of bodies, in matrices of any size; that is most of a step.
 //! Here the same is done for a chain of few joints about one point: the mass matrix by composite bodies, what speed and weight
-//! ask for by Newton and Euler, and then what the servos, dry friction, the jaws' motors, their ends and what couples them do,
-//! row by row as the engine goes through them. Joints are the engine's and are left as it would leave them, so that either may
+//! ask for by Newton and Euler, and then what motors, the ends of joints, dry friction and what couples the jaws do, row by row as the engine goes through them. Joints are the engine's and are left as it would leave them, so that either may
 //! take the next step.
 //!
-//! It is for the arm alone: while any thing moves, or is near the arm, or a servo gives all it has, the engine takes the step.
+//! It is for the arm alone, and for one thing that both jaws press on (`held.rs`): while any other moves, or is near them, the
+//! engine takes the step.
 //!
 //! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2; Mirtich, *Impulse-based Dynamic
 //! Simulation*, 1996, on what two things cannot have gone towards each other since they were last looked at, §2.3.
@@ -18,7 +18,7 @@ use rapier3d_f64::geometry::Aabb;
 use super::equations::{Equations, MOST, Twist, factor, solve};
 use super::held::{Held, Speeds};
 use super::stick::Pulls;
-use super::{Joint, NEAR_LIMIT, Physics, Tree};
+use super::{Physics, Tree};
 use crate::motion::robot::Motion;
 use crate::twin::convert::{pose_from_engine, pose_to_engine, to_engine};
 
@@ -119,7 +119,7 @@ impl Physics {
         }
     }
 
-    /// Returns whether nothing can touch the arm in this step, and no joint needs what only the engine knows.
+    /// Returns whether nothing can touch the arm in this step, nor the one thing that it may hold.
     fn is_alone(&mut self) -> bool {
         let few =
             self.tree.bodies.len() <= MOST && self.arm.len() + 2 == self.tree.bodies.len() - 1;
@@ -133,10 +133,7 @@ impl Physics {
         let objects = self.objects.iter().enumerate();
         let mut moving = objects.filter(|(_, handle)| handle.is_some_and(moves)).map(|(at, _)| at);
         let (thing, more) = (moving.next(), moving.next());
-        if more.is_some()
-            || thing.is_some_and(|thing| !self.holds(thing))
-            || !self.arm.iter().all(|joint| self.is_held(joint))
-        {
+        if more.is_some() || thing.is_some_and(|thing| !self.holds(thing)) {
             return false;
         }
         if thing != self.alone.held.as_ref().map(|held| held.object) {
@@ -150,19 +147,6 @@ impl Physics {
             self.alone.clear = self.clearance();
         }
         self.alone.clear > NEAR
-    }
-
-    /// Returns whether a joint of the arm is held by its servo's spring alone, away from its ends.
-    fn is_held(&self, joint: &Joint) -> bool {
-        let Some((multibody, link)) = self.multibody_joints.get(joint.handle) else { return false };
-        let Some(link) = multibody.link(link) else { return false };
-        let stiff = link.joint().spring(joint.axis as usize).0;
-        let at = link.joint().coords()[joint.axis as usize];
-        stiff > 0.0
-            && joint.range.is_none_or(|[low, high]| {
-                let margin = NEAR_LIMIT * (high - low);
-                at > low + margin && at < high - margin
-            })
     }
 
     /// Returns how far the arm and what it holds are from all else at least, m: between boxes along the axes of the world.
@@ -232,7 +216,9 @@ impl Physics {
         factor(&mut mass, n);
         solve(&mass, n, &mut change);
         let mut speeds = Speeds { joints, thing: Twist::default() };
-        (0..n).for_each(|k| speeds.joints[k] += change[k]);
+        for (speed, change) in speeds.joints.iter_mut().zip(change) {
+            *speed += change;
+        }
         let mut rows = self.rows(&turns, &mass);
         let mut held = self.alone.held.take();
         let mut contacts = held.as_mut().map(|held| {
@@ -244,7 +230,9 @@ impl Physics {
             (thing, contacts)
         });
         let mut sweep = |speeds: &mut Speeds, which: usize| {
-            rows.iter_mut().for_each(|row| row.solve(&mut speeds.joints, which));
+            for row in &mut rows {
+                row.solve(&mut speeds.joints, which);
+            }
             if let Some((_, contacts)) = &mut contacts {
                 contacts.solve(speeds, which);
             }
@@ -297,11 +285,11 @@ impl Physics {
         (turns, speeds)
     }
 
-    /// Returns what is gone through row by row: dry friction of the arm's joints, motors, ends and coupling of the jaws.
+    /// Returns what is gone through row by row: motors, ends and dry friction of all joints, and what couples the jaws.
     fn rows(&self, turns: &[Turn; MOST], mass: &[[f64; MOST]; MOST]) -> Vec<Row> {
         let (dt, n) = (self.parameters.dt, self.tree.bodies.len() - 1);
         let softness = SpringCoefficients::<f64>::joint_defaults();
-        let make_up = softness.erp_inv_dt(dt);
+        let (make_up, soft) = (softness.erp_inv_dt(dt), softness.cfm_coeff(dt));
         let row = |joint: usize, less: Option<usize>, soft: f64, gain: f64| {
             let mut gives = [0.0; MOST];
             gives[joint] = 1.0;
@@ -324,32 +312,30 @@ impl Physics {
             }
         };
         let mut rows = Vec::with_capacity(2 * MOST);
-        for (k, turn) in turns[..n].iter().enumerate().filter(|(_, turn)| turn.friction > 0.0) {
-            let most = turn.friction * dt;
-            rows.push(Row { bounds: [-most, most], ..row(k, None, softness.cfm_coeff(dt), 0.0) });
-        }
-        for joint in &self.jaws {
-            let (k, at) = (joint.body - 1, turns[joint.body - 1].at);
+        for joint in self.arm.iter().chain(&self.jaws) {
+            let k = joint.body - 1;
+            let Turn { at, friction, .. } = turns[k];
             let (multibody, link) = self.multibody_joints.get(joint.handle).expect("never removed");
             let Some(link) = multibody.link(link) else { continue };
             let range = joint.range.unwrap_or([-f64::MAX, f64::MAX]);
             if let Some(motor) = link.joint().data.motor(joint.axis) {
-                let (stiff, damping) = (motor.stiffness, motor.damping);
-                let spring = dt * stiff + damping;
-                if spring > 0.0 {
-                    let [low, high] = range.map(|end| (end - at) / dt);
-                    let missing = (at - motor.target_pos) * stiff / spring
-                        - motor.target_vel.max(low).min(high);
-                    let most = motor.max_force * dt;
-                    let (missing, bounds) = ([missing; 2], [-most, most]);
-                    rows.push(Row { missing, bounds, ..row(k, None, 0.0, 1.0 / (dt * spring)) });
-                }
+                let spring = dt * motor.stiffness + motor.damping;
+                let [low, high] = range.map(|end| (end - at) / dt);
+                let behind = (at - motor.target_pos) * motor.stiffness * inverse(spring);
+                let missing = behind - motor.target_vel.max(low).min(high);
+                let most = motor.max_force * dt;
+                let (missing, bounds) = ([missing; 2], [-most, most]);
+                rows.push(Row { missing, bounds, ..row(k, None, 0.0, inverse(dt * spring)) });
             }
             let beyond = (at - range[1]).max(0.0) - (range[0] - at).max(0.0);
             if beyond != 0.0 {
                 let bounds = if beyond > 0.0 { [0.0, f64::MAX] } else { [-f64::MAX, 0.0] };
                 let missing = [beyond * make_up, 0.0];
-                rows.push(Row { missing, bounds, ..row(k, None, softness.cfm_coeff(dt), 0.0) });
+                rows.push(Row { missing, bounds, ..row(k, None, soft, 0.0) });
+            }
+            if friction > 0.0 {
+                let most = friction * dt;
+                rows.push(Row { bounds: [-most, most], ..row(k, None, soft, 0.0) });
             }
         }
         // As the engine has them coupled: the first follows the last.
@@ -373,6 +359,11 @@ impl Row {
             *speed -= more * gives;
         }
     }
+}
+
+/// Returns the inverse, and none of nothing: a servo that is neither spring nor damper.
+fn inverse(of: f64) -> f64 {
+    if of > 0.0 { 1.0 / of } else { 0.0 }
 }
 
 /// Returns how far two boxes are from each other, m; 0 when they meet.

@@ -20,10 +20,10 @@ pub(super) struct Twist {
     pub(super) moves: Vector3<f64>,
 }
 
-/// What has mass, about the base.
+/// What has mass, about the base: so many kg.
 #[derive(Debug, Clone, Copy, Default)]
 struct Mass {
-    mass: f64,
+    amount: f64,
     /// Mass times place, kg·m.
     first: Vector3<f64>,
     /// kg·m².
@@ -73,12 +73,12 @@ impl Mass {
     fn times(&self, motion: &Twist) -> Twist {
         Twist {
             turns: self.second * motion.turns + self.first.cross(&motion.moves),
-            moves: motion.moves * self.mass + motion.turns.cross(&self.first),
+            moves: motion.moves * self.amount + motion.turns.cross(&self.first),
         }
     }
 
     fn add(&mut self, other: &Self) {
-        self.mass += other.mass;
+        self.amount += other.amount;
         self.first += other.first;
         self.second += other.second;
     }
@@ -110,7 +110,7 @@ impl Physics {
             let about = turn.matrix() * inertial.inertia * turn.matrix().transpose();
             let spread = Matrix3::identity() * centre.norm_squared() - centre * centre.transpose();
             masses[at] = Mass {
-                mass: inertial.mass,
+                amount: inertial.mass,
                 first: centre * inertial.mass,
                 second: about + spread * inertial.mass,
             };
@@ -144,10 +144,8 @@ impl Physics {
 pub(super) fn factor(mass: &mut [[f64; MOST]; MOST], n: usize) {
     for i in 0..n {
         for j in 0..=i {
-            let mut left = mass[i][j];
-            for k in 0..j {
-                left -= mass[i][k] * mass[j][k] * mass[k][k];
-            }
+            let left =
+                (0..j).fold(mass[i][j], |left, k| left - mass[i][k] * mass[j][k] * mass[k][k]);
             mass[i][j] = if i == j { left } else { left / mass[j][j] };
         }
     }

@@ -12,6 +12,7 @@
 use nalgebra::{Isometry3, Matrix3, Quaternion, UnitQuaternion, Vector3};
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::geometry::{ColliderHandle, ContactManifold};
+use rapier3d_f64::math::Pose;
 use rapier3d_f64::parry::query::{
     ContactManifoldsWorkspace, DefaultQueryDispatcher, PersistentQueryDispatcher,
 };
@@ -186,6 +187,32 @@ impl Thing {
     }
 }
 
+/// Returns where a point of a contact is, m in the world: in the middle between both surfaces.
+fn middle([first, second]: &[Pose; 2], manifold: &ContactManifold, point: usize) -> Vector3<f64> {
+    let point = &manifold.points[point];
+    let within = |part: Option<&Pose>, at| part.map_or(at, |part| *part * at);
+    let a = *first * within(manifold.subshape_pos1(), point.local_p1);
+    let b = *second * within(manifold.subshape_pos2(), point.local_p2);
+    from_engine((a + b) * 0.5)
+}
+
+/// Returns the points of a contact that can be reached in a step, in the order the engine goes through them: another one
+/// would wind the points of a pad up against each other.
+fn in_order(manifold: &ContactManifold) -> Vec<usize> {
+    let [a, b] = manifold.local_n1.orthonormal_basis();
+    let place = |k: &usize| {
+        let at = manifold.points[*k].local_p1;
+        (at.dot(a), at.dot(b))
+    };
+    let points = 0..manifold.points.len();
+    let mut points: Vec<usize> = points.filter(|&k| manifold.points[k].dist < AHEAD).collect();
+    points.sort_by(|i, j| {
+        let ((a, b), (c, d)) = (place(i), place(j));
+        a.total_cmp(&c).then(b.total_cmp(&d))
+    });
+    points
+}
+
 impl Physics {
     /// Takes a thing over from the engine, with what it found where the arm touches it.
     pub(super) fn take_over(&self, object: usize) -> Option<Held> {
@@ -228,43 +255,37 @@ impl Physics {
             axes.matrix() * Matrix3::from_diagonal(&diagonal) * axes.matrix().transpose()
         };
         let thing = Thing {
-            centre: pose * nalgebra::Point3::from(within).coords,
+            centre: pose.rotation * within + pose.translation.vector,
             turn: pose.rotation,
             within,
             lightness: 1.0 / local.mass(),
             inertia: about(from_engine(local.principal_inertia())),
             inverse: about(from_engine(local.inv_principal_inertia)),
         };
-        let thing = Thing { centre: pose.rotation * within + pose.translation.vector, ..thing };
         let speed = Twist { turns: from_engine(body.angvel()), moves: from_engine(body.linvel()) };
         (thing, speed)
     }
 
     /// Finds where the arm, its bodies at `poses`, touches what is held.
     pub(super) fn find(&self, held: &mut Held, poses: &[Isometry3<f64>]) {
-        let place = *self.bodies[held.thing].position();
-        for pair in &mut held.pairs {
-            let (own, others) = (&self.colliders[pair.own], &self.colliders[pair.others]);
-            let within = |collider: &rapier3d_f64::geometry::Collider| {
-                collider.position_wrt_parent().copied().unwrap_or_default()
-            };
-            let at_own = pose_to_engine(&poses[pair.body]) * within(own);
-            let at_others = place * within(others);
-            let (mut a, mut b) = ((at_own, own.shape()), (at_others, others.shape()));
-            if between(&a.1.compute_aabb(&a.0), &b.1.compute_aabb(&b.0)) > AHEAD {
+        for at in 0..held.pairs.len() {
+            let pair = &held.pairs[at];
+            let [a, b] = self.both(held, pair, &poses[pair.body]);
+            let shape = |collider: ColliderHandle| self.colliders[collider].shape();
+            let (own, others) = (shape(pair.own), shape(pair.others));
+            let (first, second) = if pair.is_first { (own, others) } else { (others, own) };
+            let pair = &mut held.pairs[at];
+            if between(&first.compute_aabb(&a), &second.compute_aabb(&b)) > AHEAD {
                 (pair.manifolds, pair.workspace, pair.before) = (Vec::new(), None, Vec::new());
                 continue;
             }
-            if !pair.is_first {
-                std::mem::swap(&mut a, &mut b);
-            }
-            let between = a.0.inverse() * b.0;
+            let between = a.inverse() * b;
             let (manifolds, workspace) = (&mut pair.manifolds, &mut pair.workspace);
             // Surfaces it has no answer for touch nowhere, as in the engine.
             let _ = DefaultQueryDispatcher
-                .contact_manifolds(&between, a.1, b.1, AHEAD, manifolds, workspace);
+                .contact_manifolds(&between, first, second, AHEAD, manifolds, workspace);
             for manifold in manifolds {
-                let part = manifold.subshape_pos1().map_or(a.0, |part| a.0 * *part);
+                let part = manifold.subshape_pos1().map_or(a, |part| a * *part);
                 manifold.data.normal = part.rotation * manifold.local_n1;
                 let same = |old: &&ContactManifold| {
                     old.subshape1 == manifold.subshape1 && old.subshape2 == manifold.subshape2
@@ -308,7 +329,11 @@ impl Physics {
         let base = poses[0].translation.vector;
         let mut each = Vec::new();
         for (p, pair) in held.pairs.iter().enumerate() {
+            if pair.manifolds.is_empty() {
+                continue;
+            }
             let sign = if pair.is_first { 1.0 } else { -1.0 };
+            let places = self.both(held, pair, &poses[pair.body]);
             let way = |at: &Vector3<f64>, along: &Vector3<f64>| {
                 let from_base = at - base;
                 let mut ways = [0.0; MOST];
@@ -333,9 +358,9 @@ impl Physics {
                 let aside = out.orthonormal_vector();
                 let axes = [aside, out.cross(aside)].map(from_engine);
                 let out = from_engine(out);
-                for (k, point) in manifold.points.iter().enumerate().filter(|(_, p)| p.dist < AHEAD)
-                {
-                    let at = self.spot(held, pair, manifold, k, Some(poses));
+                for k in in_order(manifold) {
+                    let point = &manifold.points[k];
+                    let at = middle(&places, manifold, k);
                     let velocity = pulls.at(self.links[pair.body], held.thing, &at, &-out) * sign;
                     let warm = from_engine(point.data.warmstart_tangent_world);
                     let gap = point.dist.max(0.0) / dt;
@@ -359,32 +384,14 @@ impl Physics {
         Contacts { each, soft: softness.cfm_factor(dt) }
     }
 
-    /// Returns where a point of a contact is, m in the world: in the middle between both surfaces.
-    fn spot(
-        &self,
-        held: &Held,
-        pair: &Pair,
-        manifold: &ContactManifold,
-        point: usize,
-        poses: Option<&[Isometry3<f64>]>,
-    ) -> Vector3<f64> {
-        let body = poses.map_or_else(|| self.body_pose(pair.body), |poses| poses[pair.body]);
-        let thing = pose_from_engine(self.bodies[held.thing].position());
-        let place = |pose: Isometry3<f64>, collider: ColliderHandle| {
-            let within = self.colliders[collider].position_wrt_parent();
-            pose * within.map_or_else(Isometry3::identity, pose_from_engine)
+    /// Returns where the first and the second surface of a pair are in the world, the arm's bodies at `body`.
+    fn both(&self, held: &Held, pair: &Pair, body: &Isometry3<f64>) -> [Pose; 2] {
+        let within = |collider: ColliderHandle| {
+            self.colliders[collider].position_wrt_parent().copied().unwrap_or_default()
         };
-        let (own, others) = (place(body, pair.own), place(thing, pair.others));
-        let (first, second) = if pair.is_first { (own, others) } else { (others, own) };
-        let part = |pose: Isometry3<f64>, part: Option<&rapier3d_f64::math::Pose>| {
-            part.map_or(pose, |part| pose * pose_from_engine(part))
-        };
-        let (first, second) =
-            (part(first, manifold.subshape_pos1()), part(second, manifold.subshape_pos2()));
-        let point = &manifold.points[point];
-        let a = first * nalgebra::Point3::from(from_engine(point.local_p1));
-        let b = second * nalgebra::Point3::from(from_engine(point.local_p2));
-        0.5 * (a.coords + b.coords)
+        let own = pose_to_engine(body) * within(pair.own);
+        let others = *self.bodies[held.thing].position() * within(pair.others);
+        if pair.is_first { [own, others] } else { [others, own] }
     }
 
     /// Puts down what the contacts did, to be warm with in the next step.
@@ -413,14 +420,16 @@ impl Physics {
         way: impl Fn(&Vector3<f64>, &Vector3<f64>) -> f64,
     ) -> (f64, f64, f64) {
         let (mut bears, mut borne, mut far) = (0.0, 0.0, 0.0_f64);
+        let place = self.body_pose(body);
         for pair in held.pairs.iter().filter(|pair| pair.body == body) {
+            let places = self.both(held, pair, &place);
             for manifold in &pair.manifolds {
                 let normal = from_engine(manifold.data.normal);
                 let points = manifold.points.iter().enumerate();
                 for (k, point) in points.filter(|(_, point)| point.dist < AHEAD) {
                     bears += pair.friction * point.data.impulse;
                     borne += point.data.tangent_impulse.norm();
-                    far = far.max(way(&self.spot(held, pair, manifold, k, None), &normal));
+                    far = far.max(way(&middle(&places, manifold, k), &normal));
                 }
             }
         }
