@@ -2,7 +2,8 @@
 //!
 //! The arm is one multibody in reduced coordinates, its joints driven by torque-limited position
 //! servos (`servo.rs`); the jaws are two sliding joints coupled to move alike. Objects are free bodies, vessels made
-//! of thin walls. Water is not known here; it comes in as an inertia added to a vessel.
+//! of thin walls. Water is not known here; it comes in as an inertia added to a vessel. Where nothing else can touch them, the
+//! arm (`alone.rs`) and what it holds (`held.rs`) are moved without the engine.
 //!
 //! The engine's defaults are tuned for games at the scale of metres and let a held jar creep by
 //! millimetres; the settings below, and what remembers where it sticks (`stick.rs`), hold it within 0.01 mm.
