@@ -1,15 +1,15 @@
 //! The arm where nothing can touch it: moved by its own equations of motion, in place of the engine's.
 //!
 //! The engine works out mass matrix and constraints of any tree of bodies, in matrices of any size; that is most of a step.
-//! Here the same is done for a chain of few joints about one point: the mass matrix by composite bodies, what speed and weight
-//! ask for by Newton and Euler, and then what motors, the ends of joints, dry friction and what couples the jaws do, row by row as the engine goes through them. Joints are the engine's and are left as it would leave them, so that either may
-//! take the next step.
+//! Here the same is done for a tree of few joints about one point: the mass matrix by composite bodies, what speed and weight ask
+//! for by Newton and Euler, and then what motors, the ends of joints, dry friction and what couples the jaws do, row by row as the
+//! engine goes through them. Joints are the engine's and are left as it would leave them, so that either may take the next step.
 //!
 //! It is for the arm alone, and for one thing that both jaws press on (`held.rs`): while any other moves, or is near them, the
 //! engine takes the step.
 //!
 //! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2; Mirtich, *Impulse-based Dynamic
-//! Simulation*, 1996, on what two things cannot have gone towards each other since they were last looked at, §2.3.
+//! Simulation*, 1996, on what two things cannot have gone towards each other since they were last looked at.
 
 use nalgebra::{Isometry3, Vector3};
 use rapier3d_f64::dynamics::{RigidBodyHandle, SpringCoefficients};
