@@ -12,7 +12,8 @@ use image::RgbImage;
 use rayon::prelude::*;
 
 use super::truth::Exposure;
-use crate::twin::render::developed;
+use crate::motion::widest;
+use crate::twin::render::develop;
 use crate::world::Window;
 
 /// How far blur reaches, px.
@@ -32,30 +33,96 @@ pub(super) fn expose(
 ) -> RgbImage {
     let (width, height) = (part.width as usize, part.height as usize);
     let blur = Blur::new(exposure.blur);
+    let sensor = Sensor::new(exposure, key, (part, whole));
     let mut bytes = vec![0; width * height * 3];
-    let (cu, cv) = (f64::from(whole.width) / 2.0, f64::from(whole.height) / 2.0);
-    let corner2 = (cu * cu + cv * cv).max(1.0);
     bytes.par_chunks_mut((width * 3 * ROWS).max(1)).enumerate().for_each(|(band, bytes)| {
         let first = band * ROWS;
         let rows = first..first + bytes.len() / (width * 3);
-        let soft = blur.rows(light, (width, height), rows);
-        for (at, (bytes, light)) in bytes.chunks_exact_mut(3).zip(soft.iter()).enumerate() {
-            let at = (at % width + part.u as usize, first + at / width + part.v as usize);
-            let (du, dv) = (at.0 as f64 - cu, at.1 as f64 - cv);
-            let fall = 1.0 - exposure.vignetting * (du * du + dv * dv) / corner2;
-            for c in 0..3 {
-                let signal = f64::from(light[c]) * fall * exposure.gain[c];
-                let place = ((at.1 * whole.width as usize + at.0) * 3 + c) as u64;
-                let variance = exposure.read_noise * exposure.read_noise
-                    + signal.max(0.0) / exposure.full_well;
-                // A film has none, and is drawn often.
-                let noise = if variance > 0.0 { variance.sqrt() * noise(key, place) } else { 0.0 };
-                bytes[c] = developed((signal + noise) as f32);
-            }
-        }
+        let mut signals = vec![0.0; width * 3];
+        widest(
+            #[inline(always)]
+            || {
+                let soft = blur.rows(light, (width, height), rows.clone());
+                for ((v, light), bytes) in
+                    rows.zip(soft.chunks_exact(width)).zip(bytes.chunks_exact_mut(width * 3))
+                {
+                    sensor.read(v + part.v as usize, light.as_flattened(), &mut signals);
+                    develop(&signals, bytes);
+                }
+            },
+        );
     });
     RgbImage::from_raw(part.width, part.height, bytes)
         .expect("three bytes were made for each of width × height pixels")
+}
+
+/// So many numbers are worked out together: each step of it is a loop of its own, which the processor does several at a time.
+const BLOCK: usize = 64;
+
+/// A sensor that is about to be read, with what of it is the same in every row: three numbers a pixel.
+struct Sensor {
+    /// How far right of the middle of the picture each is, squared, px², and the number of each in a row of the whole.
+    off2: Vec<f64>,
+    first: usize,
+    gains: Vec<f64>,
+    /// Numbers in a row of the whole, and the row in its middle, px.
+    stride: usize,
+    middle: f64,
+    /// What is missing of the light a pixel off the middle, squared.
+    dark: f64,
+    read_variance: f64,
+    full_well: f64,
+    key: u64,
+}
+
+impl Sensor {
+    fn new(exposure: &Exposure, key: u64, (part, whole): (&Window, &Window)) -> Self {
+        let (cu, cv) = (f64::from(whole.width) / 2.0, f64::from(whole.height) / 2.0);
+        let columns = (part.u..part.u + part.width).flat_map(|u| [f64::from(u) - cu; 3]);
+        Self {
+            off2: columns.map(|du| du * du).collect(),
+            first: part.u as usize * 3,
+            gains: exposure.gain.repeat(part.width as usize),
+            stride: whole.width as usize * 3,
+            middle: cv,
+            dark: exposure.vignetting / (cu * cu + cv * cv).max(1.0),
+            read_variance: exposure.read_noise * exposure.read_noise,
+            full_well: exposure.full_well,
+            key,
+        }
+    }
+
+    /// Reads row `v` of the whole, on which `light` falls: as light that would make such signals without noise.
+    #[expect(clippy::inline_always, reason = "it is built for each kind of processor")]
+    #[inline(always)]
+    fn read(&self, v: usize, light: &[f32], read: &mut [f32]) {
+        let first = (v * self.stride + self.first) as u64;
+        let down = v as f64 - self.middle;
+        // A film has none, and is drawn often.
+        let is_noisy = self.read_variance > 0.0 || self.full_well < f64::INFINITY;
+        let (mut signals, mut noises) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let columns = self.off2.chunks(BLOCK).zip(self.gains.chunks(BLOCK));
+        let blocks = columns.zip(light.chunks(BLOCK)).zip(read.chunks_mut(BLOCK));
+        for (block, (((off2, gains), light), read)) in blocks.enumerate() {
+            for (k, signal) in signals.iter_mut().enumerate().take(light.len()) {
+                let fall = 1.0 - self.dark * (off2[k] + down * down);
+                *signal = f64::from(light[k]) * fall * gains[k];
+            }
+            if is_noisy {
+                let first = first + (block * BLOCK) as u64;
+                for (k, noise) in noises.iter_mut().enumerate() {
+                    *noise = self::noise(self.key, first + k as u64);
+                }
+                for (signal, noise) in signals.iter_mut().zip(&noises) {
+                    let variance = self.read_variance + signal.max(0.0) / self.full_well;
+                    *signal += variance.sqrt() * noise;
+                }
+            }
+            for (read, signal) in read.iter_mut().zip(&signals) {
+                *read = *signal as f32;
+            }
+        }
+    }
 }
 
 /// A Gaussian that light is blurred with; at the border it repeats.
@@ -80,6 +147,8 @@ impl Blur {
     }
 
     /// Returns some rows of a picture blurred, along rows and then columns.
+    #[expect(clippy::inline_always, reason = "it is built for each kind of processor")]
+    #[inline(always)]
     fn rows<'l>(
         &self,
         light: &'l [[f32; 3]],
@@ -121,14 +190,17 @@ impl Blur {
 }
 
 /// Returns nearly normal noise of deviation 1: the sum of four even draws from one hash (Irwin and Hall).
+#[inline]
 pub(super) fn noise(key: u64, place: u64) -> f64 {
     // splitmix64, Steele, Lea and Flood, 2014.
     let mut z = key ^ place.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^= z >> 31;
-    let sum: u64 = (0..4).map(|k| z >> (16 * k) & 0xFFFF).sum();
-    (sum as f64 / 65535.0 - 2.0) * 3.0_f64.sqrt()
+    // Two draws at a time, then both; as what turns into a float at once.
+    let two = (z & 0xFFFF_0000_FFFF) + (z >> 16 & 0xFFFF_0000_FFFF);
+    let sum = (two + (two >> 32)) as i32 & 0x7_FFFF;
+    (f64::from(sum) / 65535.0 - 2.0) * 3.0_f64.sqrt()
 }
 
 #[cfg(test)]

@@ -92,3 +92,4 @@ pub use budget::Budget;
 pub use error::Error;
 pub use inertial::Inertial;
 pub use robot::Robot;
+pub(crate) use widest::widest;

@@ -7,7 +7,7 @@
 /// Does some work with what the processor at hand has. What it calls must be inlined to gain by it.
 #[expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
 #[inline(always)]
-pub(super) fn widest<T>(work: impl FnOnce() -> T) -> T {
+pub(crate) fn widest<T>(work: impl FnOnce() -> T) -> T {
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = pulp::x86::V3::try_new() {
         return simd.vectorize(work);

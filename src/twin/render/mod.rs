@@ -47,8 +47,8 @@ use opaque::NO_THING;
 pub use options::Options;
 use patch::Patch;
 use tile::{Content, PART, TILE, Tile};
-use tone::{BRIGHTEST, DEVELOPED, STEPS, clamped};
-pub use tone::{developed, srgb};
+use tone::{BRIGHTEST, clamped};
+pub use tone::{develop, srgb};
 use trace::{Candidates, Sample, Stage};
 pub use view::{Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER};
 
@@ -93,7 +93,7 @@ pub fn render(camera: &Camera, view: &View, options: &Options) -> Frame {
     bytes
         .par_chunks_mut(3 * 1024)
         .zip(light.par_chunks(1024))
-        .for_each(|(bytes, light)| develop(light, bytes));
+        .for_each(|(bytes, light)| develop(light.as_flattened(), bytes));
     Frame { colour: image_of(width, height, bytes), depth, ids, glass_ids }
 }
 
@@ -108,13 +108,13 @@ pub fn picture(camera: &Camera, view: &View, options: &Options) -> RgbImage {
         |light, (row, (bytes, keys))| {
             light.resize(keys.len(), [0.0; 3]);
             drawing.first_looks(row, &mut Band { width, light, beside: None, keys });
-            develop(light, bytes);
+            develop(light.as_flattened(), bytes);
         },
     );
     if options.edge_samples > 1 {
         let edges = Edges::new(&drawing, &keys);
         bytes.par_chunks_mut((3 * width).max(1)).enumerate().for_each(|(v, row)| {
-            edges.look(v, |u, light| develop(&[light], &mut row[3 * u..3 * u + 3]));
+            edges.look(v, |u, light| develop(&light, &mut row[3 * u..3 * u + 3]));
         });
     }
     image_of(camera.intrinsics.width, camera.intrinsics.height, bytes)
@@ -172,26 +172,6 @@ pub fn solids(camera: &Camera, view: &View) -> Vec<bool> {
     let band = (drawing.width * TILE).max(1);
     seen.par_chunks_mut(band).enumerate().for_each(|(row, seen)| drawing.find_solids(row, seen));
     seen
-}
-
-/// Makes bytes of light.
-fn develop(light: &[[f32; 3]], bytes: &mut [u8]) {
-    let table: &[u8; 16384] = &DEVELOPED;
-    let (bytes, rest) = bytes.as_chunks_mut::<4>();
-    let (light, last) = light.as_flattened().as_chunks::<4>();
-    for (bytes, light) in bytes.iter_mut().zip(light) {
-        let steps = f32x4::from(*light).fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(1.0))
-            * f32x4::splat(STEPS)
-            + f32x4::splat(0.5);
-        // Written out: a closure over an array is a call.
-        let steps = steps.fast_trunc_int().to_array();
-        for k in 0..4 {
-            bytes[k] = table[steps[k] as usize & 16383];
-        }
-    }
-    for (byte, light) in rest.iter_mut().zip(last) {
-        *byte = developed(*light);
-    }
 }
 
 fn image_of(width: u32, height: u32, bytes: Vec<u8>) -> RgbImage {
