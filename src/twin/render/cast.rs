@@ -1,160 +1,166 @@
-//! Which stretch of a row of parallel rays meets a solid: shadows on the table, without a ray for each place.
+//! What a solid covers of a level plane, seen along parallel rays: shadows on the table, without a ray for each place.
 //!
-//! Seen along the rays a convex solid is a flat figure and the row a line across it. What of the line is in the figure is told
-//! from the figure's corners and round ends.
+//! Along the rays a convex solid is a flat figure of straight edges and ovals. It is worked out once and then cut by the rows of
+//! the plane.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 
 use super::solid::Solid;
 
-/// Rays from `origin + k step`, all along one direction, in the frame of a solid.
-pub(super) struct Row {
-    origin: Vector3<f64>,
-    /// Axes of the plane across the rays: along the row, and across it.
-    along: Vector3<f64>,
-    across: Vector3<f64>,
-    /// How far a step goes in that plane.
-    stride: f64,
-}
-
-/// The part of the row that was found in a figure so far: least and greatest distance along it.
-#[derive(Clone, Copy)]
-struct Found {
+/// The figure of a solid on a plane, m.
+pub(super) struct Figure {
+    edges: Vec<Edge>,
+    ovals: Vec<Oval>,
     low: f64,
     high: f64,
 }
 
-impl Found {
-    const NOTHING: Self = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
-
-    fn add(&mut self, at: f64) {
-        (self.low, self.high) = (self.low.min(at), self.high.max(at));
-    }
-
-    /// Adds where the line between two points is on the row.
-    fn add_edge(&mut self, a: Vector2<f64>, b: Vector2<f64>) {
-        if (a.y <= 0.0) != (b.y <= 0.0) {
-            self.add(a.x + (b.x - a.x) * (a.y / (a.y - b.y)));
-        }
-    }
-
-    /// Adds the edges of a figure with four corners.
-    fn add_four(&mut self, corners: [Vector2<f64>; 4]) {
-        for k in 0..4 {
-            self.add_edge(corners[k], corners[(k + 1) % 4]);
-        }
-    }
+/// A straight edge between two rows, `x = start + y slope`.
+struct Edge {
+    low: f64,
+    high: f64,
+    start: f64,
+    slope: f64,
 }
 
-impl Row {
-    /// Makes a row ready; `None` when its places lie behind each other, seen along the rays.
-    pub(super) fn new(origin: Vector3<f64>, step: Vector3<f64>, d: Vector3<f64>) -> Option<Self> {
-        let flat = step - d * step.dot(&d);
-        let stride = flat.norm();
-        if stride < 1e-9 {
-            return None;
-        }
-        let along = flat / stride;
-        Some(Self { origin, along, across: d.cross(&along), stride })
-    }
+/// An oval: in row `y` its middle is at `x + (y - middle) slope`, and it reaches `half` to either side of that in its middle row.
+struct Oval {
+    x: f64,
+    middle: f64,
+    reach: f64,
+    slope: f64,
+    half: f64,
+}
 
-    /// Returns from where to where, in steps, rays of the row meet a solid, ahead or behind, the first greater than the second
-    /// when none does; `None` when the solid is of a kind for which each ray must be asked.
-    pub(super) fn through(&self, solid: &Solid) -> Option<(f64, f64)> {
-        let mut found = Found::NOTHING;
+impl Figure {
+    /// Returns the figure on the plane `z = height` of a solid placed at `origin` and turned by `turn` (world from local), seen along
+    /// `d`, which rises; `None` when the solid is of a kind for which each ray must be asked.
+    pub(super) fn new(
+        solid: &Solid,
+        (turn, origin): (&Matrix3<f64>, &Vector3<f64>),
+        d: Vector3<f64>,
+        height: f64,
+    ) -> Option<Self> {
+        let (x, y) = (d.x / d.z, d.y / d.z);
+        let seen = Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y);
+        let (axes, start) = (seen * turn, seen * (origin - Vector3::z() * height));
+        let axis = |k: usize| -> Vector2<f64> { axes.column(k).into_owned() };
+        let place = |p: Vector3<f64>| start + axes * p;
+        let mut figure = Self {
+            edges: Vec::new(),
+            ovals: Vec::new(),
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+        };
         match *solid {
-            Solid::Cuboid { centre, half } => self.cuboid(centre, half, &mut found),
+            Solid::Cuboid { centre, half } => {
+                figure.add_box(
+                    place(centre),
+                    [axis(0) * half.x, axis(1) * half.y, axis(2) * half.z],
+                );
+            }
             Solid::Cylinder { radius, bottom, top } => {
-                self.cylinder(radius, [bottom, top], &mut found);
+                let ends = [bottom, top].map(|z| place(Vector3::z() * z));
+                figure.add_round(
+                    ends,
+                    [axis(0) * radius, axis(1) * radius, Vector2::zeros()],
+                );
             }
             Solid::Capsule { radius, bottom, top } => {
-                self.capsule(radius, [bottom, top], &mut found);
+                let ends = [bottom, top].map(|z| place(Vector3::z() * z));
+                figure.add_round(ends, [axis(0) * radius, axis(1) * radius, axis(2) * radius]);
             }
             Solid::Lathe { .. } | Solid::Ellipsoid { .. } => return None,
         }
-        Some((found.low / self.stride, found.high / self.stride))
+        Some(figure)
     }
 
-    /// Returns where a point is seen: along the row from its first place, and beside it.
-    fn seen(&self, p: Vector3<f64>) -> Vector2<f64> {
-        self.turned(p - self.origin)
-    }
-
-    fn turned(&self, d: Vector3<f64>) -> Vector2<f64> {
-        Vector2::new(d.dot(&self.along), d.dot(&self.across))
-    }
-
-    fn cuboid(&self, centre: Vector3<f64>, half: Vector3<f64>, found: &mut Found) {
-        let middle = self.seen(centre);
-        let edge = |axis: usize| {
-            Vector2::new(self.along[axis] * half[axis], self.across[axis] * half[axis])
-        };
-        let edges = [edge(0), edge(1), edge(2)];
-        if middle.y.abs() > edges.iter().map(|edge| edge.y.abs()).sum() {
-            return;
+    /// Returns from where to where row `y` is in it.
+    #[inline]
+    pub(super) fn on(&self, y: f64) -> Option<(f64, f64)> {
+        if y < self.low || y > self.high {
+            return None;
         }
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for edge in &self.edges {
+            if y >= edge.low && y <= edge.high {
+                let at = edge.start + y * edge.slope;
+                (low, high) = (low.min(at), high.max(at));
+            }
+        }
+        for oval in &self.ovals {
+            let off = y - oval.middle;
+            let part = off / oval.reach;
+            let left = 1.0 - part * part;
+            if left >= 0.0 {
+                let (at, half) = (oval.x + off * oval.slope, oval.half * left.sqrt());
+                (low, high) = (low.min(at - half), high.max(at + half));
+            }
+        }
+        (low <= high).then_some((low, high))
+    }
+
+    /// Adds a box: its middle and half its edges. Of four edges alike those on the outline are the farthest to either side.
+    fn add_box(&mut self, middle: Vector2<f64>, edges: [Vector2<f64>; 3]) {
         for [a, b, c] in [[0, 1, 2], [1, 2, 0], [2, 0, 1]] {
             let (a, b, c) = (edges[a], edges[b], edges[c]);
-            for side in [b + c, b - c, c - b, -b - c] {
-                found.add_edge(middle + side - a, middle + side + a);
+            let to = |side: Vector2<f64>| if a.perp(&side) < 0.0 { -side } else { side };
+            let side = to(b) + to(c);
+            for side in [middle + side, middle - side] {
+                self.add_edge(side - a, side + a);
             }
         }
     }
 
-    fn capsule(&self, radius: f64, ends: [f64; 2], found: &mut Found) {
-        let ends = ends.map(|z| self.seen(Vector3::z() * z));
-        for end in ends {
-            let left = radius * radius - end.y * end.y;
-            if left >= 0.0 {
-                found.add(end.x - left.sqrt());
-                found.add(end.x + left.sqrt());
+    /// Adds two ovals, each of them the sum of `rays` with squared weights of sum 1, and what is between them.
+    fn add_round(&mut self, ends: [Vector2<f64>; 2], rays: [Vector2<f64>; 3]) {
+        let sum = |of: fn(&Vector2<f64>) -> f64| rays.iter().map(of).sum::<f64>();
+        let (xx, xy, yy) = (sum(|r| r.x * r.x), sum(|r| r.x * r.y), sum(|r| r.y * r.y));
+        if yy > 1e-24 {
+            let (slope, reach) = (xy / yy, yy.sqrt());
+            let half = (xx - xy * slope).max(0.0).sqrt();
+            for end in ends {
+                self.ovals.push(Oval { x: end.x, middle: end.y, reach, slope, half });
+                self.reach_to(end.y - reach);
+                self.reach_to(end.y + reach);
             }
         }
-        let [a, b] = ends;
-        if let Some(way) = (b - a).try_normalize(1e-12) {
-            let side = Vector2::new(-way.y, way.x) * radius;
-            found.add_four([a + side, b + side, b - side, a - side]);
-        }
-    }
-
-    fn cylinder(&self, radius: f64, ends: [f64; 2], found: &mut Found) {
-        let [a, b] = ends.map(|z| self.seen(Vector3::z() * z));
-        // The end's rim is seen as r (cos φ u + sin φ v).
-        let (u, v) = (self.turned(Vector3::x()), self.turned(Vector3::y()));
-        let rise = Vector2::new(u.y, v.y);
-        let reach = rise.norm();
-        if reach > 1e-12 {
-            let (rise, over) = (rise / reach, Vector2::new(-rise.y, rise.x) / reach);
-            for end in [a, b] {
-                let part = -end.y / (radius * reach);
-                let left = 1.0 - part * part;
-                if left >= 0.0 {
-                    for turn in [left.sqrt(), -left.sqrt()] {
-                        let at = (rise * part + over * turn) * radius;
-                        found.add(end.x + u.x * at.x + v.x * at.y);
-                    }
-                }
-            }
-        }
-        if let Some(way) = (b - a).try_normalize(1e-12) {
-            // Where the rim is farthest to the side of the way from end to end.
+        if let Some(way) = (ends[1] - ends[0]).try_normalize(1e-12) {
+            // Where the oval is farthest to the side of the way from end to end.
             let normal = Vector2::new(-way.y, way.x);
-            let at = Vector2::new(u.dot(&normal), v.dot(&normal));
-            if let Some(at) = at.try_normalize(1e-12) {
-                let side = (u * at.x + v * at.y) * radius;
-                found.add_four([a + side, b + side, b - side, a - side]);
-            }
+            let far = rays.map(|ray| ray.dot(&normal));
+            let norm = far.iter().map(|far| far * far).sum::<f64>().sqrt().max(1e-12);
+            let side: Vector2<f64> = rays.iter().zip(far).map(|(ray, far)| ray * (far / norm)).sum();
+            self.add_edge(ends[0] + side, ends[1] + side);
+            self.add_edge(ends[0] - side, ends[1] - side);
         }
+    }
+
+    fn add_edge(&mut self, a: Vector2<f64>, b: Vector2<f64>) {
+        let (a, b) = if a.y <= b.y { (a, b) } else { (b, a) };
+        // One along the rows lies between the ends of its neighbours.
+        if b.y - a.y > 1e-12 {
+            let slope = (b.x - a.x) / (b.y - a.y);
+            self.edges.push(Edge { low: a.y, high: b.y, start: a.x - a.y * slope, slope });
+            self.reach_to(a.y);
+            self.reach_to(b.y);
+        }
+    }
+
+    fn reach_to(&mut self, y: f64) {
+        (self.low, self.high) = (self.low.min(y), self.high.max(y));
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::UnitQuaternion;
+
     use super::*;
 
-    /// Asks each ray of many rows, and the row as a whole.
+    /// Asks the rays through many places, and the figure.
     #[test]
-    fn a_row_meets_what_its_rays_meet() {
+    fn a_figure_covers_what_its_rays_meet() {
         let solids = [
             Solid::Cuboid {
                 centre: Vector3::new(0.1, -0.05, 0.2),
@@ -167,21 +173,27 @@ mod tests {
         ];
         let (mut met, mut total) = (0, 0);
         for solid in solids {
-            for i in 0..300 {
+            for i in 0..100 {
                 let a = f64::from(i) * 0.618;
                 let wave = |k: f64| (k * a + k).sin();
-                let d = Vector3::new(wave(1.3), wave(2.7), wave(3.9)).normalize();
-                let step = Vector3::new(wave(0.7), wave(4.1), wave(5.3)).normalize() * 0.01;
-                let aim = Vector3::new(wave(1.1), wave(2.3), wave(3.1)) * 0.3;
-                let origin = aim - d * 2.0 - step * 50.0;
-                let row = Row::new(origin, step, d).unwrap();
-                let (low, high) = row.through(&solid).unwrap();
-                for k in 0..100 {
-                    let place = origin + step * f64::from(k);
-                    let is_met = solid.span(place, d).is_some();
-                    let is_in = (low..=high).contains(&f64::from(k));
-                    assert_eq!(is_met, is_in, "{solid:?} {i} {k} {low} {high}");
-                    (met, total) = (met + usize::from(is_met), total + 1);
+                let d = Vector3::new(wave(1.3), wave(2.7), 1.1 + wave(3.9)).normalize();
+                let angles = Vector3::new(wave(0.7), wave(4.1), wave(5.3)) * 3.0;
+                let turn = *UnitQuaternion::new(angles).to_rotation_matrix().matrix();
+                let origin = Vector3::new(wave(1.1), wave(2.3), wave(3.1)) * 0.3;
+                let figure = Figure::new(&solid, (&turn, &origin), d, 0.01).unwrap();
+                let middle = origin - d * ((origin.z - 0.01) / d.z);
+                for row in 0..20 {
+                    let y = middle.y + f64::from(row - 10) * 0.05;
+                    let found = figure.on(y);
+                    for column in 0..20 {
+                        let x = middle.x + f64::from(column - 10) * 0.05;
+                        let place = Vector3::new(x, y, 0.01) - origin;
+                        let is_met =
+                            solid.span(turn.transpose() * place, turn.transpose() * d).is_some();
+                        let is_in = found.is_some_and(|(low, high)| (low..=high).contains(&x));
+                        assert_eq!(is_met, is_in, "{solid:?} {i} {x} {y} {found:?}");
+                        (met, total) = (met + usize::from(is_met), total + 1);
+                    }
                 }
             }
         }

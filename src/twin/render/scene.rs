@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::cast;
+use super::cast::Figure;
 use super::light::Lighting;
 use super::solid::{Solid, TOP};
 use super::surface::Surface;
@@ -259,55 +259,26 @@ impl Thing {
         }
     }
 
-    /// Tells `told` which of the places `from + k step`, `k` in `cells`, do not see far along `d` (unit) for
-    /// this thing.
-    pub(super) fn blocked(
-        &self,
-        from: Vector3<f64>,
-        step: Vector3<f64>,
-        d: Vector3<f64>,
-        cells: std::ops::Range<usize>,
-        mut told: impl FnMut(usize),
-    ) {
-        let (lo, ld) = self.inward(from, d);
-        let stride = times(&self.local_from_world, &step);
-        // What lies wholly above the places is ahead of them.
-        if let Kind::Solid(solid) = &self.kind
-            && self.centre.z - self.radius > from.z
-            && let Some(row) = cast::Row::new(lo, stride, ld)
-            && let Some((low, high)) = row.through(solid)
-        {
-            let low = (low.ceil().max(0.0) as usize).max(cells.start);
-            let high = (high.floor() + 1.0).max(0.0) as usize;
-            (low..high.min(cells.end)).for_each(told);
-            return;
-        }
-        let mut cells = cells;
-        if let Kind::Vessel(hollow) = &self.kind
-            && let Some(row) = cast::Row::new(lo, stride, ld)
-            && let Some((low, high)) = row.through(&hollow.outer)
-        {
-            // A cell more on either side, for rounding.
-            cells.start = cells.start.max((low - 1.0).clamp(0.0, 1e9) as usize);
-            cells.end = cells.end.min((high + 2.0).clamp(0.0, 1e9) as usize);
-        }
-        for k in cells {
-            let at = lo + stride * k as f64;
-            let blocks = match &self.kind {
-                Kind::Solid(solid) => solid.span(at, ld).is_some_and(|span| span.leave > 1e-6),
-                // On the way up nothing comes in by the mouth: from beside it the outside is met, or nothing.
-                Kind::Vessel(hollow) if ld.z > 0.0 && !hollow.outer.holds(at) => {
-                    hollow.outer.span(at, ld).is_some_and(|span| span.enter > 1e-6)
-                }
-                _ => {
-                    let o = from + step * k as f64;
-                    self.near(o, d, f64::INFINITY) && self.blocks(o, d)
-                }
-            };
-            if blocks {
-                told(k);
-            }
-        }
+    /// Returns what it covers of the plane `z = height` seen along `d` (unit, rises), and whether what lies in that plane there does
+    /// not see far along `d`: else that must be asked at each place.
+    pub(super) fn figure(&self, d: Vector3<f64>, height: f64) -> Option<(Figure, bool)> {
+        /// What stands on the plane may have sunk in so far, m: a part of a cell of shadows.
+        const SUNK: f64 = 1e-3;
+        let (solid, opens) = match &self.kind {
+            Kind::Solid(solid) => (solid, false),
+            // On the way up nothing comes in by the mouth.
+            Kind::Vessel(hollow) => (&hollow.outer, self.world_from_local.column(2).dot(&d) <= 0.0),
+            Kind::Triangle { .. } | Kind::Mesh(_) => return None,
+        };
+        let figure = Figure::new(solid, (&self.world_from_local, &self.origin), d, height)?;
+        let up = self.world_from_local.row(2).transpose();
+        let is_above = self.origin.z + solid.lowest(up) > height - SUNK;
+        Some((figure, is_above && !opens))
+    }
+
+    /// Returns whether a place does not see far along `d` (unit) for this thing.
+    pub(super) fn hides(&self, place: Vector3<f64>, d: Vector3<f64>) -> bool {
+        self.near(place, d, f64::INFINITY) && self.blocks(place, d)
     }
 
     #[inline]

@@ -2,10 +2,13 @@
 //!
 //! They are worked out on a grid, whose cells are asked in rows; between them light is interpolated.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use wide::f32x4;
 
+use super::cast::Figure;
 use super::options::Options;
 use super::scene::Thing;
 use super::view::{Light, TABLE, View, WATER};
@@ -50,19 +53,26 @@ impl Shade {
                 .into_iter()
                 .flat_map(|(off, n, phase)| ring(Vector3::z(), off, n, phase))
                 .collect();
+            let shadows = |d: Vector3<f64>| {
+                (d, casters.iter().map(|thing| Shadow::new(thing, d)).collect::<Vec<_>>())
+            };
+            let lamp: Vec<_> = lamp.into_iter().map(shadows).collect();
+            let dome: Vec<_> = dome.into_iter().map(shadows).collect();
             cells.par_chunks_mut(columns).enumerate().for_each(|(row, cells)| {
                 let y = low[1] + (row as f64 - 0.5) * cell;
                 let mut seen = vec![1.0_f32; cells.len()];
                 for (directions, is_lamp) in [(&lamp, true), (&dome, false)] {
                     let part = 1.0 / directions.len() as f32;
-                    for &d in directions {
-                        seen.fill(1.0);
-                        for thing in &casters {
-                            darken(thing, d, y, (low[0], cell), &mut seen);
+                    for (d, shadows) in directions {
+                        let (mut from, mut to) = (cells.len(), 0);
+                        for shadow in shadows {
+                            let dark = shadow.darken(*d, y, (low[0], cell), &mut seen);
+                            (from, to) = (from.min(dark.start), to.max(dark.end));
                         }
-                        for (cell, seen) in cells.iter_mut().zip(&seen) {
-                            let loss = part * (1.0 - seen);
-                            if is_lamp { cell[0] -= loss } else { cell[1] -= 0.85 * loss }
+                        for k in from..to {
+                            let loss = part * (1.0 - seen[k]);
+                            if is_lamp { cells[k][0] -= loss } else { cells[k][1] -= 0.85 * loss }
+                            seen[k] = 1.0;
                         }
                     }
                 }
@@ -152,7 +162,7 @@ impl Shade {
 
     fn centre(&self, column: usize, row: usize) -> Vector3<f64> {
         let place = |k: usize, low: f64| low + (k as f64 - 0.5) * self.cell;
-        Vector3::new(place(column, self.low[0]), place(row, self.low[1]), 1e-5)
+        Vector3::new(place(column, self.low[0]), place(row, self.low[1]), HEIGHT)
     }
 
     /// Works out what of the table's light does not depend on the place's grain: `light` makes it of a cell's values.
@@ -238,23 +248,75 @@ impl Shade {
     }
 }
 
-/// Marks the cells of a row, which begins at `low_x` with edges of `cell` m, whose line of sight along `d` a thing blocks.
-fn darken(thing: &Thing, d: Vector3<f64>, y: f64, (low_x, cell): (f64, f64), seen: &mut [f32]) {
-    // The ball around the thing, seen along d on the plane z = 0, reaches r / d.z at most.
-    let reach = thing.radius / d.z;
-    let foot = thing.centre - d * (thing.centre.z / d.z);
-    let dy = y - foot.y;
-    if dy.abs() > reach {
-        return;
+/// Where a thing may shade the table along one direction.
+struct Shadow<'t> {
+    thing: &'t Thing,
+    /// What light of it is left there.
+    left: f32,
+    figure: Option<Figure>,
+    /// Whether all of the figure is dark.
+    is_full: bool,
+    /// The figure of the ball around the thing: its middle and how far it reaches at most, m.
+    foot: [f64; 2],
+    reach: f64,
+}
+
+/// How high above the table light is asked for, m.
+const HEIGHT: f64 = 1e-5;
+
+impl<'t> Shadow<'t> {
+    fn new(thing: &'t Thing, d: Vector3<f64>) -> Self {
+        let (figure, is_full) = thing.figure(d, HEIGHT).unzip();
+        let foot = thing.centre - d * (thing.centre.z / d.z);
+        Self {
+            thing,
+            // Glass lets most light through and gathers what it bends; a third is missing beside the bright spots.
+            left: if thing.paint.transparent { 0.70 } else { 0.0 },
+            figure,
+            is_full: is_full.unwrap_or(false),
+            foot: [foot.x, foot.y],
+            reach: thing.radius / d.z,
+        }
     }
-    let half = (reach * reach - dy * dy).sqrt();
-    let from = ((foot.x - half - low_x) / cell + 0.5).floor().max(0.0) as usize;
-    let to = ((foot.x + half - low_x) / cell + 1.5).ceil().max(0.0) as usize;
-    // Glass lets most light through and gathers what it bends; a third is missing beside the bright spots.
-    let left = if thing.paint.transparent { 0.70_f32 } else { 0.0 };
-    let first = Vector3::new(low_x - 0.5 * cell, y, 1e-5);
-    let to = to.min(seen.len()).max(from.min(seen.len()));
-    thing.blocked(first, Vector3::x() * cell, d, from.min(to)..to, |k| seen[k] = seen[k].min(left));
+
+    /// Marks the cells of row `y`, which begins at `low` with edges of `cell` m, that it shades along `d`, and returns the range they
+    /// are in.
+    #[inline]
+    fn darken(
+        &self,
+        d: Vector3<f64>,
+        y: f64,
+        (low, cell): (f64, f64),
+        seen: &mut [f32],
+    ) -> Range<usize> {
+        let off = y - self.foot[1];
+        if off.abs() > self.reach {
+            return seen.len()..0;
+        }
+        let found = match &self.figure {
+            Some(figure) => figure.on(y),
+            None => {
+                let half = (self.reach * self.reach - off * off).sqrt();
+                Some((self.foot[0] - half, self.foot[0] + half))
+            }
+        };
+        let Some((from, to)) = found else { return seen.len()..0 };
+        // Cells count by their middles, and a cast cuts.
+        let cells = |x: f64| ((x - low) / cell + 0.5).clamp(-1.0, seen.len() as f64);
+        let from = (cells(from) + 1.0).ceil() as usize;
+        let dark = from.saturating_sub(1)..(cells(to) + 1.0) as usize;
+        let dark = dark.start..dark.end.min(seen.len());
+        for k in dark.clone() {
+            let is_dark = self.is_full || {
+                let place = Vector3::new(low + (k as f64 - 0.5) * cell, y, HEIGHT);
+                self.thing.hides(place, d)
+            };
+            if is_dark {
+                seen[k] = seen[k].min(self.left);
+            }
+        }
+        dark
+    }
 }
 
 /// Returns `n` directions spread evenly over a cone of half angle `spread` (Vogel's spiral).

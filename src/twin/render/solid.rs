@@ -169,6 +169,20 @@ impl Solid {
         }
     }
 
+    /// Returns how far down it reaches, against `up` (unit): the least height of a point of it, m.
+    pub(super) fn lowest(&self, up: Vector3<f64>) -> f64 {
+        match *self {
+            Self::Cylinder { radius, bottom, top } => {
+                (bottom * up.z).min(top * up.z) - radius * up.x.hypot(up.y)
+            }
+            Self::Capsule { radius, bottom, top } => (bottom * up.z).min(top * up.z) - radius,
+            Self::Cuboid { .. } | Self::Lathe { .. } | Self::Ellipsoid { .. } => {
+                let (low, high) = self.bounds();
+                low.component_mul(&up).inf(&high.component_mul(&up)).sum()
+            }
+        }
+    }
+
     /// Returns whether a point lies inside.
     #[inline]
     pub(super) fn holds(&self, p: Vector3<f64>) -> bool {
@@ -411,6 +425,22 @@ mod tests {
                 let off = Vector3::new((5.1 * a).sin(), (4.3 * a).cos(), (6.7 * a).sin());
                 if solid.holds(p) {
                     assert!(grown.holds(p + off.normalize() * 0.0499), "{solid:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_of_a_solid_is_below_its_lowest_place() {
+        for solid in solids() {
+            for i in 0..200 {
+                let a = f64::from(i) * 0.618;
+                let up = Vector3::new((1.7 * a).sin(), (2.3 * a).cos(), (3.1 * a).sin()).normalize();
+                let lowest = solid.lowest(up);
+                for k in 0..200 {
+                    let b = f64::from(k) * 0.618;
+                    let p = Vector3::new((5.1 * b).sin(), (4.3 * b).cos(), (6.7 * b).sin()) * 0.6;
+                    assert!(!solid.holds(p) || p.dot(&up) > lowest - 1e-12, "{solid:?} {p}");
                 }
             }
         }
