@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::light::Rgb;
 use super::scene::{Hollow, Kind, Thing};
-use super::solid::Solid;
+use super::solid::{Solid, Span, TOP};
 use super::trace::{Stage, mix};
 
 /// Index of refraction of soda-lime glass, and of water.
@@ -145,70 +145,115 @@ struct Step {
     code: u8,
 }
 
+/// Nearer than this is the surface just crossed, m.
+const NEAR: f64 = 1e-7;
+
 /// Returns the next surface along a ray inside or near a transparent thing, in its own frame, or `None`
-/// when the ray leaves it for good.
+/// when the ray leaves it for good. Only what can be met next is asked where it is met.
 fn next_surface(kind: &Kind, o: Vector3<f64>, d: Vector3<f64>, now: Medium) -> Option<Step> {
-    /// Nearer than this is the surface just crossed, m.
-    const NEAR: f64 = 1e-7;
-    let (outer, cavity, level): (&Solid, Option<&Solid>, _) = match kind {
-        Kind::Solid(solid) => (solid, None, None),
-        Kind::Vessel(hollow) => (&hollow.outer, Some(&hollow.cavity), hollow.level),
+    let hollow = match kind {
+        Kind::Solid(solid) => {
+            let body = solid.span(o, d)?;
+            return match now {
+                Medium::Air => step(solid, body.enter, body.enter_face, Medium::Water, o, d),
+                _ => step(solid, body.leave, body.leave_face, Medium::Air, o, d),
+            };
+        }
+        Kind::Vessel(hollow) => hollow,
         Kind::Triangle { .. } | Kind::Mesh(_) => return None,
     };
-    let body = outer.span(o, d)?;
-    let hollow = cavity.and_then(|cavity| cavity.span(o, d).map(|span| (cavity, span)));
-    let medium = |t: f64| {
-        if t <= body.enter || t >= body.leave {
-            return Medium::Air;
+    let inside = hollow.cavity.span(o, d).filter(|inside| inside.leave > NEAR);
+    if let Some(inside) = inside {
+        if inside.enter <= NEAR {
+            return next_in_hollow(hollow, &inside, o, d, now);
         }
-        match (&hollow, cavity) {
-            (_, None) => Medium::Water,
-            (Some((_, span)), _) if t > span.enter && t < span.leave => {
-                let under = level.is_some_and(|(up, height)| up.dot(&(o + d * t)) < height);
-                if under { Medium::Water } else { Medium::Air }
-            }
-            _ => Medium::Glass,
+        if now == Medium::Glass {
+            let beyond = hollow.first_in(&inside, o, d);
+            return step(&hollow.cavity, inside.enter, inside.enter_face, beyond, o, d)
+                .map(Step::of_hollow);
         }
-    };
-    let far = f64::INFINITY;
-    let mut ends = [(far, 0_u8); 5];
-    ends[0] = (body.enter, body.enter_face);
-    ends[1] = (body.leave, body.leave_face);
-    if let Some((_, span)) = hollow {
-        ends[2] = (span.enter, 16 + span.enter_face);
-        ends[3] = (span.leave, 16 + span.leave_face);
     }
-    if let Some((up, height)) = level
-        && up.dot(&d).abs() > 1e-9
+    let body = hollow.outer.span(o, d)?;
+    if now == Medium::Glass || body.enter <= NEAR {
+        let left = step(&hollow.outer, body.leave, body.leave_face, Medium::Air, o, d);
+        return left.filter(|_| now != Medium::Air);
+    }
+    // In by the mouth.
+    if let Some(inside) = inside
+        && inside.enter <= body.enter + 1e-9
     {
-        ends[4] = ((height - up.dot(&o)) / up.dot(&d), 32);
+        if hollow.first_in(&inside, o, d) == now {
+            return next_in_hollow(hollow, &inside, o, d, now);
+        }
+        return step(&hollow.outer, body.enter, body.enter_face, Medium::Water, o, d);
     }
-    // Insertion: a general sort takes longer to begin than five numbers take to order.
-    for k in 1..ends.len() {
-        let mut at = k;
-        while at > 0 && ends[at].0 < ends[at - 1].0 {
-            ends.swap(at, at - 1);
-            at -= 1;
+    step(&hollow.outer, body.enter, body.enter_face, Medium::Glass, o, d)
+}
+
+/// As [`next_surface`], of a ray in the hollow of a vessel, or before it with nothing between.
+fn next_in_hollow(
+    hollow: &Hollow,
+    inside: &Span,
+    o: Vector3<f64>,
+    d: Vector3<f64>,
+    now: Medium,
+) -> Option<Step> {
+    if let Some((t, up)) = hollow.meets_level(o, d)
+        && t > inside.enter.max(NEAR)
+        && t < inside.leave
+    {
+        let beyond = if up.dot(&d) < 0.0 { Medium::Water } else { Medium::Air };
+        if beyond != now {
+            return Some(Step { length: t, normal: up, beyond, code: 32 });
         }
     }
-    for (k, &(t, code)) in ends.iter().enumerate() {
-        if t <= NEAR || t >= far {
-            continue;
-        }
-        let after = ends.get(k + 1).map_or(far, |next| next.0);
-        let beyond = medium(if after < far { f64::midpoint(t, after) } else { t + 1e-3 });
-        if beyond == now {
-            continue;
-        }
-        let at = o + d * t;
-        let normal = match (code, level, hollow) {
-            (32, Some((up, _)), _) => up,
-            (16.., _, Some((cavity, _))) => cavity.normal(code - 16, at),
-            _ => outer.normal(code, at),
-        };
-        return Some(Step { length: t, normal, beyond, code });
+    let is_mouth = inside.leave_face == TOP;
+    let beyond = if is_mouth { Medium::Air } else { Medium::Glass };
+    let next = step(&hollow.cavity, inside.leave, inside.leave_face, beyond, o, d);
+    next.filter(|_| beyond != now).map(Step::of_hollow)
+}
+
+/// Returns the step to a face of a solid that is met at `t`, if that is ahead.
+#[inline]
+fn step(
+    solid: &Solid,
+    t: f64,
+    face: u8,
+    beyond: Medium,
+    o: Vector3<f64>,
+    d: Vector3<f64>,
+) -> Option<Step> {
+    (t > NEAR && t < f64::INFINITY).then(|| {
+        let normal = solid.normal(face, o + d * t);
+        Step { length: t, normal, beyond, code: face }
+    })
+}
+
+impl Step {
+    /// Tells faces of a hollow from those of the outside.
+    fn of_hollow(self) -> Self {
+        Self { code: 16 + self.code, ..self }
     }
-    None
+}
+
+impl Hollow {
+    /// Returns where a ray meets the water's surface, as if it had no end, and what is up there.
+    #[inline]
+    fn meets_level(&self, o: Vector3<f64>, d: Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
+        let (up, height) = self.level?;
+        let rise = up.dot(&d);
+        (rise.abs() > 1e-9).then(|| ((height - up.dot(&o)) / rise, up))
+    }
+
+    /// Returns what a ray comes to first in the hollow.
+    #[inline]
+    fn first_in(&self, inside: &Span, o: Vector3<f64>, d: Vector3<f64>) -> Medium {
+        let Some((up, height)) = self.level else { return Medium::Air };
+        let level = self.meets_level(o, d).map_or(f64::INFINITY, |(t, _)| t);
+        let next = if level > inside.enter { inside.leave.min(level) } else { inside.leave };
+        let at = o + d * f64::midpoint(inside.enter, next);
+        if up.dot(&at) < height { Medium::Water } else { Medium::Air }
+    }
 }
 
 /// Returns where a ray enters the hull of a transparent thing ahead of it.
@@ -232,13 +277,15 @@ fn rounded(kind: &Kind, normal: Vector3<f64>, at: Vector3<f64>) -> Vector3<f64> 
     let Solid::Cuboid { centre, half } = hollow.outer else { return normal };
     let off = at - centre;
     let mut soft = normal;
+    let mut is_near = false;
     for axis in 0..3 {
         let left = half[axis] - off[axis].abs();
         if normal[axis].abs() < 0.5 && left < ROUND {
             soft[axis] += off[axis].signum() * (1.0 - left.max(0.0) / ROUND);
+            is_near = true;
         }
     }
-    soft.normalize()
+    if is_near { soft.normalize() } else { normal }
 }
 
 /// Fresnel and Snell at a smooth surface: the part of unpolarised light that is mirrored, and the bent
