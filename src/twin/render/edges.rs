@@ -3,7 +3,9 @@
 use wide::f32x4;
 
 use super::Drawing;
+use super::known::Known;
 use super::lens::Lens;
+use super::opaque::Asked;
 use super::tile::TILE;
 use super::tone::clamped;
 use super::trace::{Candidates, Stage};
@@ -12,14 +14,39 @@ use super::trace::{Candidates, Stage};
 pub(super) struct Edges<'d> {
     drawing: &'d Drawing<'d>,
     keys: &'d [u32],
-    /// Where in a pixel.
-    offsets: Vec<[f64; 2]>,
+    looks: Vec<Look>,
+}
+
+/// A look at a place in a pixel.
+struct Look {
+    /// How far right of and below the pixel's middle, px.
+    off: [f64; 2],
+    /// Whether something clear is lit there, and whether something opaque is, also where light of it is known.
+    lights_clear: bool,
+    lights_opaque: bool,
+}
+
+impl Look {
+    /// Returns the k-th of n.
+    fn new(k: u16, n: u16) -> Self {
+        let is_few = n < 10;
+        Self {
+            off: offset(k, n),
+            // For glass, which shows much in little space, those with an even number of ones, else every fifth:
+            // both choices are spread over the pixel as all points are.
+            lights_clear: k.count_ones().is_multiple_of(2),
+            lights_opaque: is_few || k.is_multiple_of(5),
+        }
+    }
 }
 
 impl<'d> Edges<'d> {
     pub(super) fn new(drawing: &'d Drawing<'_>, keys: &'d [u32]) -> Self {
         let n = drawing.edge_samples;
-        Self { drawing, keys, offsets: (0..n).map(|k| offset(k, n)).collect() }
+        let mut looks: Vec<Look> = (0..n).map(|k| Look::new(k, n)).collect();
+        // What takes its light from others comes after them.
+        looks.sort_by_key(|look| (!look.lights_opaque, !look.lights_clear));
+        Self { drawing, keys, looks }
     }
 
     /// Looks at those of row `v` and hands out the light of each by its column.
@@ -30,7 +57,7 @@ impl<'d> Edges<'d> {
         for u in edges {
             let tile = &tiles[(v / TILE) * columns + u / TILE];
             let (_, candidates) = tile.part(u % TILE, v % TILE);
-            put(u, look_closely(stage, lens, candidates, (u, v), &self.offsets));
+            put(u, look_closely(stage, lens, candidates, (u, v), &self.looks));
         }
     }
 }
@@ -44,36 +71,26 @@ fn look_closely(
     lens: &Lens,
     candidates: Candidates<'_>,
     (u, v): (usize, usize),
-    offsets: &[[f64; 2]],
+    looks: &[Look],
 ) -> [f32; 3] {
     if stage.are_plain(candidates.things) {
-        return look_closely_at_plain(stage, lens, candidates, (u, v), offsets);
+        return look_closely_at_plain(stage, lens, candidates, (u, v), looks);
     }
-    let few = offsets.len() < 10;
-    let mut known: [(u64, [f32; 3]); 6] = [(u64::MAX, [0.0; 3]); 6];
-    let mut n_known = 0;
+    let mut known = Known::default();
     let mut sum = [0.0_f32; 3];
-    for (k, [du, dv]) in offsets.iter().enumerate() {
+    for Look { off: [du, dv], lights_clear, lights_opaque } in looks {
         let d = lens.direction(u as f64 + du, v as f64 + dv).normalize();
         let seen = stage.see(lens.centre, d, Some(candidates), 0);
+        let is_asked = if seen.is_clear() { *lights_clear } else { *lights_opaque };
         let surface = seen.surface();
-        let at = known[..n_known].iter().position(|(known, _)| *known == surface);
-        // Of Hammersley's sixteen points every fifth, or for glass, which shows much in little space, those
-        // with an even number of ones: both choices are spread over the pixel as all points are.
-        let chosen = if seen.is_clear() { k.count_ones().is_multiple_of(2) } else { k % 5 == 0 };
-        let light = match at {
-            Some(at) if !chosen && (!few || seen.is_clear()) => known[at].1,
-            _ => {
-                let light = clamped(stage.develop(&seen, lens.centre, d, 0).light);
-                let at = at.unwrap_or(n_known.min(known.len() - 1));
-                known[at] = (surface, light);
-                n_known = n_known.max(at + 1);
-                light
-            }
-        };
+        let light = known.light(surface).filter(|_| !is_asked).unwrap_or_else(|| {
+            let light = clamped(stage.develop(&seen, lens.centre, d, 0).light);
+            known.add(surface, light);
+            light
+        });
         sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
     }
-    let n = offsets.len() as f32;
+    let n = looks.len() as f32;
     [sum[0] / n, sum[1] / n, sum[2] / n]
 }
 
@@ -83,25 +100,26 @@ fn look_closely_at_plain(
     lens: &Lens,
     candidates: Candidates<'_>,
     (u, v): (usize, usize),
-    offsets: &[[f64; 2]],
+    looks: &[Look],
 ) -> [f32; 3] {
+    let mut known = Known::default();
     let mut sum = [0.0_f32; 3];
-    for (n, some) in offsets.chunks(4).enumerate() {
+    for some in looks.chunks(4) {
         let mut off = [[0.0_f32; 4]; 2];
-        for (k, [right, below]) in some.iter().enumerate() {
-            (off[0][k], off[1][k]) = (*right as f32, *below as f32);
+        let mut asked = Asked { clear: 0, opaque: false, is_kept: looks.len() > 4 };
+        for (k, look) in some.iter().enumerate() {
+            (off[0][k], off[1][k]) = (look.off[0] as f32, look.off[1] as f32);
+            asked.clear |= u32::from(look.lights_clear) << k;
+            asked.opaque |= look.lights_opaque;
         }
         let (d, _) = lens.four_rays((u, v), off.map(f32x4::from));
         let seen = stage.see_four(d, candidates.things);
-        // Of glass, as above, those with an even number of ones; of four the first and the last, or the two between.
-        let lit = if n.count_ones().is_multiple_of(2) { 0b1001 } else { 0b0110 };
-        let all = (1 << some.len()) - 1;
-        let looks = stage.look_four(d, seen, candidates.marks, lit & all);
-        for light in &looks.light[..some.len()] {
+        let seen = stage.look_four(d, seen, candidates.marks, asked, &mut known);
+        for light in &seen.light[..some.len()] {
             sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
         }
     }
-    let n = offsets.len() as f32;
+    let n = looks.len() as f32;
     [sum[0] / n, sum[1] / n, sum[2] / n]
 }
 

@@ -29,6 +29,7 @@ mod tile;
 mod tone;
 mod trace;
 mod glass;
+mod known;
 mod view;
 
 use std::ops::Range;
@@ -41,9 +42,10 @@ use wide::f32x4;
 use crate::world::Camera;
 use edges::Edges;
 use four::Plane;
+use known::Known;
 use lens::Lens;
 pub use look::ArmLook;
-use opaque::NO_THING;
+use opaque::{Asked, NO_THING};
 pub use options::Options;
 use patch::Patch;
 use tile::{Content, PART, TILE, Tile};
@@ -451,10 +453,11 @@ fn plain_row(
     stretch: Range<usize>,
     band: &mut Band<'_>,
 ) {
+    let mut known = Known::default();
     for first in (0..stretch.len()).step_by(4) {
         let (d, length) = eye.lens.four_rays((u + first, v), BESIDE.map(f32x4::from));
         let seen = eye.stage.see_four(d, candidates.things);
-        let looks = eye.stage.look_four(d, seen, candidates.marks, 15);
+        let looks = eye.stage.look_four(d, seen, candidates.marks, Asked::ALL, &mut known);
         let length = length.to_array();
         let here = stretch.start + first..(stretch.start + first + 4).min(stretch.end);
         for (k, at) in here.enumerate() {

@@ -7,6 +7,7 @@
 use nalgebra::Vector3;
 use wide::f32x4;
 
+use super::known::{Known, surface_of, surface_through};
 use super::light::{LAMPS, Lighting};
 use super::rays::{Four3, Lie};
 use super::scene::Kind;
@@ -44,6 +45,22 @@ pub(super) struct Looks {
     pub(super) glass: [u16; 4],
 }
 
+/// Which of four rays are to be lit, also where they see a surface of which light is known.
+#[derive(Clone, Copy)]
+pub(super) struct Asked {
+    /// Of those that meet something clear, a bit each.
+    pub(super) clear: u32,
+    /// Those that meet something opaque. The table's light is asked for always.
+    pub(super) opaque: bool,
+    /// Whether others may take their light later.
+    pub(super) is_kept: bool,
+}
+
+impl Asked {
+    /// All of them, and nothing is taken from what is known.
+    pub(super) const ALL: Self = Self { clear: 15, opaque: true, is_kept: false };
+}
+
 impl Stage<'_> {
     /// Returns whether all of some things can be met four rays at a time.
     pub(super) fn are_plain(&self, things: &[u32]) -> bool {
@@ -79,10 +96,15 @@ impl Stage<'_> {
         Met { t, things: which_of(which), clear_t, clear: which_of(clear) }
     }
 
-    /// Returns the light of what rays from the eye along `d` (unit) met.
-    ///
-    /// Of those that meet something clear only those with a bit in `lit` are followed, if there are any; the others take their light.
-    pub(super) fn look_four(&self, d: Four3, met: Met, marks: &[u32], lit: u32) -> Looks {
+    /// Returns the light of what rays from the eye along `d` (unit) met; of surfaces that `known` holds only where it is `asked`.
+    pub(super) fn look_four(
+        &self,
+        d: Four3,
+        met: Met,
+        marks: &[u32],
+        asked: Asked,
+        known: &mut Known,
+    ) -> Looks {
         let distances = met.t.to_array();
         let mut looks = Looks {
             light: [[0.0; 3]; 4],
@@ -91,94 +113,107 @@ impl Stage<'_> {
             ids: [NOTHING; 4],
             glass: [NOTHING; 4],
         };
-        let mut is_done = [false; 4];
-        self.look_through(d, &met, lit, &mut looks, &mut is_done);
-        for first in 0..4 {
-            if is_done[first] {
-                continue;
-            }
+        let mut left = 15;
+        if met.clear != [NO_THING; 4] {
+            left &= !self.look_through(d, &met, asked, &mut looks, known);
+        }
+        while left != 0 {
+            let first = left.trailing_zeros() as usize;
             let thing = met.things[first];
             if thing == NO_THING {
                 let room = self.lighting.room(self.eye, d.lane(first));
                 looks.light[first] = clamped(room);
+                left &= left - 1;
                 continue;
             }
             // Where another thing is seen the numbers are not used; they are kept finite.
-            let mut is_own = [false; 4];
+            let (mut own, mut t) = (0, [distances[first]; 4]);
             for k in first..4 {
-                is_own[k] = met.things[k] == thing && !is_done[k];
-            }
-            let mut t = [distances[first]; 4];
-            for k in first..4 {
-                if is_own[k] {
+                if met.things[k] == thing && left >> k & 1 == 1 {
+                    own |= 1 << k;
                     t[k] = distances[k];
                 }
             }
+            left &= !own;
             let Some(plain) = &self.plain[thing as usize] else { continue };
             let t = f32x4::from(t);
             let lie = plain.surface(d, t);
             let at = Four3::of(self.eye.cast()) + d * t;
             let id = self.things[thing as usize].id;
-            let on_top = |k: usize| id == TABLE && lie.faces[k] == TOP;
-            let mut take = |(light, keys): ([[f32; 3]; 4], [u64; 4]), of_top: bool| {
+            let mut top = 0;
+            if id == TABLE {
                 for k in first..4 {
-                    if is_own[k] && on_top(k) == of_top {
+                    top |= (own & 1 << k) * u32::from(lie.faces[k] == TOP);
+                }
+            }
+            let mut take = |(light, keys): ([[f32; 3]; 4], [u64; 4]), which: u32| {
+                for k in first..4 {
+                    if which >> k & 1 == 1 {
                         (looks.light[k], looks.keys[k], looks.ids[k]) = (light[k], keys[k], id);
-                        is_done[k] = true;
                     }
                 }
             };
-            if (first..4).any(|k| is_own[k] && on_top(k)) {
-                take(self.table_four(at, marks), true);
+            if top != 0 {
+                take(self.table_four(at, marks), top);
             }
-            if (first..4).any(|k| is_own[k] && !on_top(k)) {
-                take(self.light_four(thing as usize, d, at, &lie), false);
+            let body = own & !top;
+            if body != 0 {
+                let surface = |k: usize| surface_of(thing, lie.faces[k], lie.wet >> k & 1 == 1, false);
+                let lit = (!asked.opaque).then(|| known.four(surface, body)).flatten();
+                let lit = lit.unwrap_or_else(|| {
+                    let lit = self.light_four(thing as usize, d, at, &lie);
+                    if asked.is_kept {
+                        known.add_four(surface, body, &lit.0);
+                    }
+                    lit
+                });
+                take(lit, body);
             }
         }
         looks
     }
 
-    /// Looks along those of four rays that meet something clear first.
+    /// Looks along those of four rays that meet something clear first, and returns which these are, a bit each.
     fn look_through(
         &self,
         d: Four3,
         met: &Met,
-        lit: u32,
+        asked: Asked,
         looks: &mut Looks,
-        is_done: &mut [bool; 4],
-    ) {
-        for first in 0..4 {
-            let clear = met.clear[first];
-            if clear == NO_THING || is_done[first] {
-                continue;
-            }
-            let mut met_it = 0;
-            for k in first..4 {
-                met_it |= u32::from(met.clear[k] == clear) << k;
-            }
-            let lit = if met_it & lit == 0 { 1 << first } else { met_it & lit };
-            let thing = &self.things[clear as usize];
-            let t = met.clear_t.to_array();
-            let through = |k: usize| {
-                let (light, key) =
-                    self.through(thing, self.eye, d.lane(k).normalize(), f64::from(t[k]), 0);
-                (clamped(light), key)
-            };
-            let mut seen = through(lit.trailing_zeros() as usize);
-            for (k, is_done) in is_done.iter_mut().enumerate().skip(first) {
-                if met_it >> k & 1 == 1 {
-                    if lit >> k & 1 == 1 && k != lit.trailing_zeros() as usize {
-                        seen = through(k);
-                    }
-                    (looks.light[k], looks.keys[k]) = seen;
-                    looks.glass[k] = thing.id;
-                    if met.things[k] != NO_THING {
-                        looks.ids[k] = self.things[met.things[k] as usize].id;
-                    }
-                    *is_done = true;
+        known: &mut Known,
+    ) -> u32 {
+        let t = met.clear_t.to_array();
+        let mut done = 0;
+        // Those that are lit come first: the others take their light.
+        for is_lit in [true, false] {
+            for k in 0..4 {
+                let clear = met.clear[k];
+                if clear == NO_THING || (asked.clear >> k & 1 == 1) != is_lit {
+                    continue;
                 }
+                let thing = &self.things[clear as usize];
+                let surface = surface_through(clear);
+                looks.light[k] = match known.light(surface).filter(|_| !is_lit) {
+                    Some(light) => light,
+                    None => {
+                        let d = d.lane(k).normalize();
+                        let (light, key) = self.through(thing, self.eye, d, f64::from(t[k]), 0);
+                        looks.keys[k] = key;
+                        let light = clamped(light);
+                        if asked.is_kept || asked.clear != 15 {
+                            known.add(surface, light);
+                        }
+                        light
+                    }
+                };
+                looks.glass[k] = thing.id;
+                if met.things[k] != NO_THING {
+                    looks.ids[k] = self.things[met.things[k] as usize].id;
+                }
+                done |= 1 << k;
             }
         }
+        done
     }
 
     /// Returns the light of a plain thing at places that rays along `d` meet, and keys that change at its inner edges.
@@ -482,7 +517,7 @@ mod tests {
                     let beside = [[0.0, 1.0, 2.0, 3.0], [0.25; 4]].map(f32x4::from);
                     let (d, length) = lens.four_rays((u, v), beside);
                     let met = stage.see_four(d, &things);
-                    let four = stage.look_four(d, met, &[0], 15);
+                    let four = stage.look_four(d, met, &[0], Asked::ALL, &mut Known::default());
                     for k in 0..4 {
                         let ray = lens.direction((u + k) as f64, v as f64 + 0.25);
                         assert!((f64::from(length.to_array()[k]) - ray.norm()).abs() < 1e-6);

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::glass::entry;
+use super::known::{surface_of, surface_through};
 use super::light::{Lighting, Rgb};
 use super::options::Options;
 use super::rays::{Balls, Plain};
@@ -59,10 +60,9 @@ impl Seen<'_> {
     /// Returns a number that two rays share when they see the same surface.
     pub(super) fn surface(&self) -> u64 {
         match (self.clear, &self.solid) {
-            (Some((_, index)), _) => 1 << 32 | index as u64,
+            (Some((_, index)), _) => surface_through(index as u32),
             (None, Some((hit, index))) => {
-                let extra = u64::from(hit.face) << 2 | u64::from(hit.wet) << 1;
-                2 << 32 | (*index as u64) << 10 | extra | u64::from(self.mark.is_some())
+                surface_of(*index as u32, hit.face, hit.wet, self.mark.is_some())
             }
             (None, None) => 0,
         }
