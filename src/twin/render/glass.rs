@@ -43,6 +43,15 @@ impl Medium {
             Self::Glass => TINT_GLASS,
             Self::Water => TINT_WATER,
         };
+        let most = tint[0].max(tint[1]).max(tint[2]);
+        if most * length < 0.1 {
+            // Of most walls four terms of the series are right to 1e-7.
+            let part = |a: f64| {
+                let x = a * length;
+                1.0 - x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0)))
+            };
+            return Vector3::new(part(tint[0]), part(tint[1]), part(tint[2]));
+        }
         // Single precision is quick, and far finer than the tint is known.
         let part = |a: f64| f64::from(((-a * length) as f32).exp());
         Vector3::new(part(tint[0]), part(tint[1]), part(tint[2]))
@@ -162,19 +171,21 @@ fn next_surface(kind: &Kind, o: Vector3<f64>, d: Vector3<f64>, now: Medium) -> O
         Kind::Vessel(hollow) => hollow,
         Kind::Triangle { .. } | Kind::Mesh(_) => return None,
     };
-    let inside = hollow.cavity.span(o, d).filter(|inside| inside.leave > NEAR);
-    if let Some(inside) = inside {
-        if inside.enter <= NEAR {
-            return next_in_hollow(hollow, &inside, o, d, now);
-        }
-        if now == Medium::Glass {
-            let beyond = hollow.first_in(&inside, o, d);
-            return step(&hollow.cavity, inside.enter, inside.enter_face, beyond, o, d)
-                .map(Step::of_hollow);
-        }
+    if hollow.cavity.holds(o + d * NEAR) {
+        return next_in_hollow(hollow, 0.0, o, d, now);
+    }
+    let inside = hollow.cavity.span(o, d).filter(|inside| inside.enter > NEAR);
+    if now == Medium::Glass {
+        let Some(inside) = inside else {
+            let (leave, face) = hollow.outer.leave(o, d)?;
+            return step(&hollow.outer, leave, face, Medium::Air, o, d);
+        };
+        let beyond = hollow.first_in(&inside, o, d);
+        return step(&hollow.cavity, inside.enter, inside.enter_face, beyond, o, d)
+            .map(Step::of_hollow);
     }
     let body = hollow.outer.span(o, d)?;
-    if now == Medium::Glass || body.enter <= NEAR {
+    if body.enter <= NEAR {
         let left = step(&hollow.outer, body.leave, body.leave_face, Medium::Air, o, d);
         return left.filter(|_| now != Medium::Air);
     }
@@ -183,33 +194,33 @@ fn next_surface(kind: &Kind, o: Vector3<f64>, d: Vector3<f64>, now: Medium) -> O
         && inside.enter <= body.enter + 1e-9
     {
         if hollow.first_in(&inside, o, d) == now {
-            return next_in_hollow(hollow, &inside, o, d, now);
+            return next_in_hollow(hollow, inside.enter, o, d, now);
         }
         return step(&hollow.outer, body.enter, body.enter_face, Medium::Water, o, d);
     }
     step(&hollow.outer, body.enter, body.enter_face, Medium::Glass, o, d)
 }
 
-/// As [`next_surface`], of a ray in the hollow of a vessel, or before it with nothing between.
+/// As [`next_surface`], of a ray that is in the hollow of a vessel from `enter` on, with nothing before that.
 fn next_in_hollow(
     hollow: &Hollow,
-    inside: &Span,
+    enter: f64,
     o: Vector3<f64>,
     d: Vector3<f64>,
     now: Medium,
 ) -> Option<Step> {
+    let (leave, face) = hollow.cavity.leave(o, d)?;
     if let Some((t, up)) = hollow.meets_level(o, d)
-        && t > inside.enter.max(NEAR)
-        && t < inside.leave
+        && t > enter.max(NEAR)
+        && t < leave
     {
         let beyond = if up.dot(&d) < 0.0 { Medium::Water } else { Medium::Air };
         if beyond != now {
             return Some(Step { length: t, normal: up, beyond, code: 32 });
         }
     }
-    let is_mouth = inside.leave_face == TOP;
-    let beyond = if is_mouth { Medium::Air } else { Medium::Glass };
-    let next = step(&hollow.cavity, inside.leave, inside.leave_face, beyond, o, d);
+    let beyond = if face == TOP { Medium::Air } else { Medium::Glass };
+    let next = step(&hollow.cavity, leave, face, beyond, o, d);
     next.filter(|_| beyond != now).map(Step::of_hollow)
 }
 
@@ -289,7 +300,7 @@ fn rounded(kind: &Kind, normal: Vector3<f64>, at: Vector3<f64>) -> Vector3<f64> 
 }
 
 /// Fresnel and Snell at a smooth surface: the part of unpolarised light that is mirrored, and the bent
-/// direction unless all of it is. `normal` faces against `way`; both are of length 1.
+/// direction, of length 1, unless all of it is. `normal` faces against `way`; both are of length 1.
 fn split(way: Vector3<f64>, normal: Vector3<f64>, n1: f64, n2: f64) -> (f64, Option<Vector3<f64>>) {
     let ratio = n1 / n2;
     let cos1 = -normal.dot(&way);
@@ -301,7 +312,7 @@ fn split(way: Vector3<f64>, normal: Vector3<f64>, n1: f64, n2: f64) -> (f64, Opt
     let s = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2);
     let p = (n1 * cos2 - n2 * cos1) / (n1 * cos2 + n2 * cos1);
     let bent = way * ratio + normal * (ratio * cos1 - cos2);
-    (f64::midpoint(s * s, p * p), Some(bent.normalize()))
+    (0.5 * (s * s + p * p), Some(bent))
 }
 
 #[cfg(test)]

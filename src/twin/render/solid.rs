@@ -94,6 +94,51 @@ impl Solid {
         }
     }
 
+    /// Returns where a line that goes through the solid leaves it, and by which face: as [`Self::span`], for which it is not asked
+    /// where it enters.
+    #[inline]
+    pub(super) fn leave(&self, o: Vector3<f64>, d: Vector3<f64>) -> Option<(f64, u8)> {
+        let mut least = (f64::INFINITY, 0);
+        let mut end = |t: f64, face: u8| {
+            if t < least.0 {
+                least = (t, face);
+            }
+        };
+        let beside = |d: f64, low: f64, high: f64| if d > 0.0 { high } else { low };
+        match *self {
+            Self::Cuboid { centre, half } => {
+                let o = o - centre;
+                for (axis, face) in [(0, 0_u8), (1, 2), (2, 4)] {
+                    if d[axis].abs() >= 1e-12 {
+                        let side = beside(d[axis], -half[axis], half[axis]);
+                        end((side - o[axis]) / d[axis], face + u8::from(d[axis] > 0.0));
+                    }
+                }
+            }
+            Self::Cylinder { radius, bottom, top } => {
+                let a = d.x * d.x + d.y * d.y;
+                if a >= 1e-18 {
+                    let middle = -(o.x * d.x + o.y * d.y) / a;
+                    let (x, y) = (o.x + middle * d.x, o.y + middle * d.y);
+                    let left = radius * radius - x * x - y * y;
+                    if left <= 0.0 {
+                        return None;
+                    }
+                    end(middle + (left / a).sqrt(), SIDE);
+                }
+                if d.z.abs() >= 1e-12 {
+                    let face = if d.z > 0.0 { TOP } else { BOTTOM };
+                    end((beside(d.z, bottom, top) - o.z) / d.z, face);
+                }
+            }
+            Self::Lathe { .. } | Self::Capsule { .. } | Self::Ellipsoid { .. } => {
+                let span = self.span(o, d)?;
+                return Some((span.leave, span.leave_face));
+            }
+        }
+        Some(least)
+    }
+
     /// Returns the outward unit normal at a point of the surface.
     #[inline]
     pub(super) fn normal(&self, face: u8, at: Vector3<f64>) -> Vector3<f64> {
@@ -461,6 +506,8 @@ mod tests {
                     }
                     continue;
                 };
+                let (leave, face) = solid.leave(o, d).unwrap();
+                assert!((leave - span.leave).abs() < 1e-12 && face == span.leave_face);
                 for (t, face) in [(span.enter, span.enter_face), (span.leave, span.leave_face)] {
                     let n = solid.normal(face, o + d * t);
                     assert!((n.norm() - 1.0).abs() < 1e-9);
