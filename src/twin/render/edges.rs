@@ -21,8 +21,10 @@ pub(super) struct Edges<'d> {
 struct Look {
     /// How far right of and below the pixel's middle, px.
     off: [f64; 2],
-    /// Whether something clear is lit there, and whether something opaque is, also where light of it is known.
+    /// Whether what is seen there is lit, also where light of it is known: something clear, something clear of which the light known so
+    /// far is uneven, and something opaque.
     lights_clear: bool,
+    lights_uneven: bool,
     lights_opaque: bool,
 }
 
@@ -30,12 +32,13 @@ impl Look {
     /// Returns the k-th of n.
     fn new(k: u16, n: u16) -> Self {
         let is_few = n < 10;
+        // Every fifth, or those with an even number of ones: both choices are spread over the pixel as all points are.
+        let (is_fifth, is_half) = (k.is_multiple_of(5), k.count_ones().is_multiple_of(2));
         Self {
             off: offset(k, n),
-            // For glass, which shows much in little space, those with an even number of ones, else every fifth:
-            // both choices are spread over the pixel as all points are.
-            lights_clear: k.count_ones().is_multiple_of(2),
-            lights_opaque: is_few || k.is_multiple_of(5),
+            lights_clear: if is_few { is_half } else { is_fifth },
+            lights_uneven: is_half,
+            lights_opaque: is_few || is_fifth,
         }
     }
 }
@@ -45,7 +48,7 @@ impl<'d> Edges<'d> {
         let n = drawing.edge_samples;
         let mut looks: Vec<Look> = (0..n).map(|k| Look::new(k, n)).collect();
         // What takes its light from others comes after them.
-        looks.sort_by_key(|look| (!look.lights_opaque, !look.lights_clear));
+        looks.sort_by_key(|look| (!look.lights_clear, !look.lights_uneven));
         Self { drawing, keys, looks }
     }
 
@@ -78,11 +81,16 @@ fn look_closely(
     }
     let mut known = Known::default();
     let mut sum = [0.0_f32; 3];
-    for Look { off: [du, dv], lights_clear, lights_opaque } in looks {
+    for look in looks {
+        let [du, dv] = look.off;
         let d = lens.direction(u as f64 + du, v as f64 + dv).normalize();
         let seen = stage.see(lens.centre, d, Some(candidates), 0);
-        let is_asked = if seen.is_clear() { *lights_clear } else { *lights_opaque };
         let surface = seen.surface();
+        let is_asked = if seen.is_clear() {
+            look.lights_clear || look.lights_uneven && known.is_uneven(surface)
+        } else {
+            look.lights_opaque
+        };
         let light = known.light(surface).filter(|_| !is_asked).unwrap_or_else(|| {
             let light = clamped(stage.develop(&seen, lens.centre, d, 0).light);
             known.add(surface, light);
@@ -106,10 +114,11 @@ fn look_closely_at_plain(
     let mut sum = [0.0_f32; 3];
     for some in looks.chunks(4) {
         let mut off = [[0.0_f32; 4]; 2];
-        let mut asked = Asked { clear: 0, opaque: false, is_kept: looks.len() > 4 };
+        let mut asked = Asked { clear: 0, uneven: 0, opaque: false, is_kept: looks.len() > 4 };
         for (k, look) in some.iter().enumerate() {
             (off[0][k], off[1][k]) = (look.off[0] as f32, look.off[1] as f32);
             asked.clear |= u32::from(look.lights_clear) << k;
+            asked.uneven |= u32::from(look.lights_uneven) << k;
             asked.opaque |= look.lights_opaque;
         }
         let (d, _) = lens.four_rays((u, v), off.map(f32x4::from));

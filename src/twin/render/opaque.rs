@@ -50,6 +50,8 @@ pub(super) struct Looks {
 pub(super) struct Asked {
     /// Of those that meet something clear, a bit each.
     pub(super) clear: u32,
+    /// Of these, where the light known so far is uneven.
+    pub(super) uneven: u32,
     /// Those that meet something opaque. The table's light is asked for always.
     pub(super) opaque: bool,
     /// Whether others may take their light later.
@@ -58,7 +60,7 @@ pub(super) struct Asked {
 
 impl Asked {
     /// All of them, and nothing is taken from what is known.
-    pub(super) const ALL: Self = Self { clear: 15, opaque: true, is_kept: false };
+    pub(super) const ALL: Self = Self { clear: 15, uneven: 0, opaque: true, is_kept: false };
 }
 
 impl Stage<'_> {
@@ -193,6 +195,7 @@ impl Stage<'_> {
                 }
                 let thing = &self.things[clear as usize];
                 let surface = surface_through(clear);
+                let is_lit = is_lit || asked.uneven >> k & 1 == 1 && known.is_uneven(surface);
                 looks.light[k] = match known.light(surface).filter(|_| !is_lit) {
                     Some(light) => light,
                     None => {
