@@ -81,12 +81,10 @@ impl Shade {
         let mut shade =
             Self { low, cell, columns, rows, cells, table: Vec::new(), bends: Vec::new() };
         shade.uncover(things);
-        shade.soften();
-        for k in 0..shade.cells.len() {
-            let at = shade.centre(k % columns, k / columns);
+        shade.cells = shade.softened(|at| {
             let halfway = (towards + (eye - at).normalize()).normalize();
-            shade.cells[k][2] = 0.9 * (halfway.z.max(0.0) as f32).powi(12);
-        }
+            0.9 * (halfway.z.max(0.0) as f32).powi(12)
+        });
         shade
     }
 
@@ -144,20 +142,25 @@ impl Shade {
         }
     }
 
-    /// Takes the mean over each cell and its neighbours: it hides that the lamp is a few points.
-    fn soften(&mut self) {
-        let before = self.cells.clone();
-        for row in 1..self.rows - 1 {
-            for column in 1..self.columns - 1 {
-                let mut sum = [0.0; 2];
-                for j in row - 1..=row + 1 {
-                    for cell in &before[j * self.columns + column - 1..][..3] {
-                        sum = [sum[0] + cell[0], sum[1] + cell[1]];
+    /// Returns the mean over each cell and its neighbours, which hides that the lamp is a few points, and what of it `shines` there.
+    fn softened(&self, shines: impl Fn(Vector3<f64>) -> f32 + Sync) -> Vec<[f32; 4]> {
+        let mut cells = self.cells.clone();
+        cells.par_chunks_mut(self.columns).enumerate().for_each(|(row, cells)| {
+            let is_inner = row > 0 && row < self.rows - 1;
+            for (column, cell) in cells.iter_mut().enumerate() {
+                if is_inner && column > 0 && column < self.columns - 1 {
+                    let mut sum = [0.0; 2];
+                    for j in row - 1..=row + 1 {
+                        for near in &self.cells[j * self.columns + column - 1..][..3] {
+                            sum = [sum[0] + near[0], sum[1] + near[1]];
+                        }
                     }
+                    (cell[0], cell[1]) = (sum[0] / 9.0, sum[1] / 9.0);
                 }
-                self.cells[row * self.columns + column] = [sum[0] / 9.0, sum[1] / 9.0, 0.0, 0.0];
+                cell[2] = shines(self.centre(column, row));
             }
-        }
+        });
+        cells
     }
 
     fn centre(&self, column: usize, row: usize) -> Vector3<f64> {
@@ -166,22 +169,27 @@ impl Shade {
     }
 
     /// Works out what of the table's light does not depend on the place's grain: `light` makes it of a cell's values.
-    pub(super) fn light_table(&mut self, light: impl Fn([f32; 4]) -> [f32; 4]) {
-        self.table = self.cells.iter().map(|cell| light(*cell)).collect();
+    pub(super) fn light_table(&mut self, light: impl Fn([f32; 4]) -> [f32; 4] + Sync) {
+        let (columns, rows) = (self.columns, self.rows);
+        self.table = self.cells.par_iter().with_min_len(columns).map(|cell| light(*cell)).collect();
         self.bends = vec![0.0; self.cells.len()];
         let at = |k: usize| f32x4::from(self.table[k]);
-        for row in 1..self.rows - 1 {
-            for k in row * self.columns + 1..(row + 1) * self.columns - 1 {
+        self.bends.par_chunks_mut(columns).enumerate().for_each(|(row, bends)| {
+            if row == 0 || row == rows - 1 {
+                return;
+            }
+            for (column, bend) in bends.iter_mut().enumerate().take(columns - 1).skip(1) {
+                let k = row * columns + column;
                 let here = at(k);
                 let (left, right) = (at(k - 1), at(k + 1));
-                let (above, below) = (at(k - self.columns), at(k + self.columns));
+                let (above, below) = (at(k - columns), at(k + columns));
                 let across = left + right - here - here;
                 let down = above + below - here - here;
-                let turned = here - left - above + at(k - self.columns - 1);
+                let turned = here - left - above + at(k - columns - 1);
                 let most = across.abs().fast_max(down.abs()).fast_max(turned.abs()).to_array();
-                self.bends[k] = most[0].max(most[1]).max(most[2].max(most[3]));
+                *bend = most[0].max(most[1]).max(most[2].max(most[3]));
             }
-        }
+        });
     }
 
     /// Returns how far the table's light between two places (least and greatest x and y) may be from what is between evenly spaced
