@@ -54,17 +54,12 @@ impl Figure {
         };
         match *solid {
             Solid::Cuboid { centre, half } => {
-                figure.add_box(
-                    place(centre),
-                    [axis(0) * half.x, axis(1) * half.y, axis(2) * half.z],
-                );
+                figure
+                    .add_box(place(centre), [axis(0) * half.x, axis(1) * half.y, axis(2) * half.z]);
             }
             Solid::Cylinder { radius, bottom, top } => {
                 let ends = [bottom, top].map(|z| place(Vector3::z() * z));
-                figure.add_round(
-                    ends,
-                    [axis(0) * radius, axis(1) * radius, Vector2::zeros()],
-                );
+                figure.add_round(ends, [axis(0) * radius, axis(1) * radius, Vector2::zeros()]);
             }
             Solid::Capsule { radius, bottom, top } => {
                 let ends = [bottom, top].map(|z| place(Vector3::z() * z));
@@ -102,12 +97,13 @@ impl Figure {
 
     /// Adds a box: its middle and half its edges. Of four edges alike those on the outline are the farthest to either side.
     fn add_box(&mut self, middle: Vector2<f64>, edges: [Vector2<f64>; 3]) {
-        for [a, b, c] in [[0, 1, 2], [1, 2, 0], [2, 0, 1]] {
-            let (a, b, c) = (edges[a], edges[b], edges[c]);
-            let to = |side: Vector2<f64>| if a.perp(&side) < 0.0 { -side } else { side };
-            let side = to(b) + to(c);
+        // Edges that are seen as parallel lie as if the first of them were turned a little.
+        let sign = |a: usize, b: usize| if edges[a].perp(&edges[b]) < 0.0 { -1.0 } else { 1.0 };
+        let [ab, bc, ac] = [sign(0, 1), sign(1, 2), sign(0, 2)];
+        let [a, b, c] = edges;
+        for (edge, side) in [(a, b * ab + c * ac), (b, c * bc - a * ab), (c, -a * ac - b * bc)] {
             for side in [middle + side, middle - side] {
-                self.add_edge(side - a, side + a);
+                self.add_edge(side - edge, side + edge);
             }
         }
     }
@@ -130,7 +126,8 @@ impl Figure {
             let normal = Vector2::new(-way.y, way.x);
             let far = rays.map(|ray| ray.dot(&normal));
             let norm = far.iter().map(|far| far * far).sum::<f64>().sqrt().max(1e-12);
-            let side: Vector2<f64> = rays.iter().zip(far).map(|(ray, far)| ray * (far / norm)).sum();
+            let side: Vector2<f64> =
+                rays.iter().zip(far).map(|(ray, far)| ray * (far / norm)).sum();
             self.add_edge(ends[0] + side, ends[1] + side);
             self.add_edge(ends[0] - side, ends[1] - side);
         }
@@ -176,9 +173,13 @@ mod tests {
             for i in 0..100 {
                 let a = f64::from(i) * 0.618;
                 let wave = |k: f64| (k * a + k).sin();
-                let d = Vector3::new(wave(1.3), wave(2.7), 1.1 + wave(3.9)).normalize();
+                let mut d = Vector3::new(wave(1.3), wave(2.7), 1.1 + wave(3.9)).normalize();
                 let angles = Vector3::new(wave(0.7), wave(4.1), wave(5.3)) * 3.0;
-                let turn = *UnitQuaternion::new(angles).to_rotation_matrix().matrix();
+                let mut turn = *UnitQuaternion::new(angles).to_rotation_matrix().matrix();
+                if i % 10 == 0 {
+                    // Edges one behind another.
+                    (turn, d) = (Matrix3::identity(), Vector3::new(0.0, d.y, d.z).normalize());
+                }
                 let origin = Vector3::new(wave(1.1), wave(2.3), wave(3.1)) * 0.3;
                 let figure = Figure::new(&solid, (&turn, &origin), d, 0.01).unwrap();
                 let middle = origin - d * ((origin.z - 0.01) / d.z);

@@ -160,7 +160,8 @@ impl Stage<'_> {
             }
             let body = own & !top;
             if body != 0 {
-                let surface = |k: usize| surface_of(thing, lie.faces[k], lie.wet >> k & 1 == 1, false);
+                let surface =
+                    |k: usize| surface_of(thing, lie.faces[k], lie.wet >> k & 1 == 1, false);
                 let lit = (!asked.opaque).then(|| known.four(surface, body)).flatten();
                 let lit = lit.unwrap_or_else(|| {
                     let lit = self.light_four(thing as usize, d, at, &lie);
@@ -188,27 +189,23 @@ impl Stage<'_> {
         let mut done = 0;
         // Those that are lit come first: the others take their light.
         for is_lit in [true, false] {
-            for k in 0..4 {
-                let clear = met.clear[k];
+            for (k, &clear) in met.clear.iter().enumerate() {
                 if clear == NO_THING || (asked.clear >> k & 1 == 1) != is_lit {
                     continue;
                 }
                 let thing = &self.things[clear as usize];
                 let surface = surface_through(clear);
                 let is_lit = is_lit || asked.uneven >> k & 1 == 1 && known.is_uneven(surface);
-                looks.light[k] = match known.light(surface).filter(|_| !is_lit) {
-                    Some(light) => light,
-                    None => {
-                        let d = d.lane(k).normalize();
-                        let (light, key) = self.through(thing, self.eye, d, f64::from(t[k]), 0);
-                        looks.keys[k] = key;
-                        let light = clamped(light);
-                        if asked.is_kept || asked.clear != 15 {
-                            known.add(surface, light);
-                        }
-                        light
+                looks.light[k] = known.light(surface).filter(|_| !is_lit).unwrap_or_else(|| {
+                    let d = d.lane(k).normalize();
+                    let (light, key) = self.through(thing, self.eye, d, f64::from(t[k]), 0);
+                    looks.keys[k] = key;
+                    let light = clamped(light);
+                    if asked.is_kept || asked.clear != 15 {
+                        known.add(surface, light);
                     }
-                };
+                    light
+                });
                 looks.glass[k] = thing.id;
                 if met.things[k] != NO_THING {
                     looks.ids[k] = self.things[met.things[k] as usize].id;

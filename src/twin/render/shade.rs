@@ -71,7 +71,11 @@ impl Shade {
                         }
                         for k in from..to {
                             let loss = part * (1.0 - seen[k]);
-                            if is_lamp { cells[k][0] -= loss } else { cells[k][1] -= 0.85 * loss }
+                            if is_lamp {
+                                cells[k][0] -= loss;
+                            } else {
+                                cells[k][1] -= 0.85 * loss;
+                            }
                             seen[k] = 1.0;
                         }
                     }
@@ -301,12 +305,11 @@ impl<'t> Shadow<'t> {
         if off.abs() > self.reach {
             return seen.len()..0;
         }
-        let found = match &self.figure {
-            Some(figure) => figure.on(y),
-            None => {
-                let half = (self.reach * self.reach - off * off).sqrt();
-                Some((self.foot[0] - half, self.foot[0] + half))
-            }
+        let found = if let Some(figure) = &self.figure {
+            figure.on(y)
+        } else {
+            let half = (self.reach * self.reach - off * off).sqrt();
+            Some((self.foot[0] - half, self.foot[0] + half))
         };
         let Some((from, to)) = found else { return seen.len()..0 };
         // Cells count by their middles, and a cast cuts.

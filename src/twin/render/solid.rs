@@ -480,7 +480,8 @@ mod tests {
         for solid in solids() {
             for i in 0..200 {
                 let a = f64::from(i) * 0.618;
-                let up = Vector3::new((1.7 * a).sin(), (2.3 * a).cos(), (3.1 * a).sin()).normalize();
+                let up =
+                    Vector3::new((1.7 * a).sin(), (2.3 * a).cos(), (3.1 * a).sin()).normalize();
                 let lowest = solid.lowest(up);
                 for k in 0..200 {
                     let b = f64::from(k) * 0.618;
