@@ -184,10 +184,11 @@ mod tests {
                 let figure = Figure::new(&solid, (&turn, &origin), d, 0.01).unwrap();
                 let middle = origin - d * ((origin.z - 0.01) / d.z);
                 for row in 0..20 {
-                    let y = middle.y + f64::from(row - 10) * 0.05;
+                    // Not on an edge of a solid that stands straight.
+                    let y = middle.y + f64::from(row) * 0.0497 - 0.4871;
                     let found = figure.on(y);
                     for column in 0..20 {
-                        let x = middle.x + f64::from(column - 10) * 0.05;
+                        let x = middle.x + f64::from(column) * 0.0497 - 0.4871;
                         let place = Vector3::new(x, y, 0.01) - origin;
                         let is_met =
                             solid.span(turn.transpose() * place, turn.transpose() * d).is_some();
