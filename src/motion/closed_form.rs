@@ -8,23 +8,23 @@
 //! seen from where axes 1 and 2 meet is `Z1 (d2 y + Y2 (l1 z + Z3 (d4 y + Y4 l2 z)))`. Its length gives `q4`,
 //! its height `q2`, its bearing `q1`; the rotation that is left gives `q5`, `q6`, `q7`. Two roots each for
 //! `q4`, `q2` and `q6` make eight branches, four of which are worked out at once; sines and cosines stand for the
-//! angles to the end. Joint 7 says where axis 6 lies, and so the wrist centre: each pass leaves a thousandth of the
-//! error of the one before.
+//! angles to the end. Joint 7 says where axis 6 lies, and so the wrist centre. What a wrist centre that is a little elsewhere
+//! does to the joints follows by the same triangles (Newton's method), so two passes are enough away from singular poses.
 //!
 //! Source: derived here from the joint origins; the sub-problems are those of Paden and Kahan (Murray,
 //! Li and Sastry, *A Mathematical Introduction to Robotic Manipulation*, 1994, §3.2).
 
-#![expect(clippy::inline_always, reason = "what is not inlined into `widest` misses the registers")]
+#![expect(clippy::inline_always, reason = "what is not inlined into the job misses the registers")]
 
 use nalgebra::{Isometry3, SMatrix, Vector3};
-use wide::f64x4;
 
 use super::frames::Frame;
 use super::gate::Gate;
 use super::kinematics::frame_error;
+use super::lanes::{Job, Wide, run};
+use super::quad::{Marks, Quad};
 use super::robot::{Drive, Motion, Robot};
 use super::turn::{Turn, root, unit};
-use super::widest::widest;
 
 /// How far, m, neighbouring axes may miss each other and still count as meeting: link files print six
 /// digits or more, and the polish takes up the rest.
@@ -35,8 +35,14 @@ const SQUARE: f64 = 1e-4;
 const EXACT: f64 = 1e-11;
 /// A model whose axes meet and are square to this, m and rad, needs no polish: its solutions are its own.
 const IDEAL: f64 = 1e-13;
-/// Passes at most; away from a singular wrist four reach the last digits.
+/// Passes at most; away from singular poses two reach the last digits.
 const PASSES: usize = 6;
+/// Steps of the joints that add up to less, rad, need no further pass: what they leave goes with their square.
+const SMALL: f64 = 1e-7;
+/// Once a step adds up to more, rad, none is taken: near a singular pose it says nothing.
+const WILD: f64 = 0.02;
+/// A root that is out of reach by more, of its size and of the forearm's, is none: a polish puts right ten thousand times less.
+const HOPELESS: [f64; 2] = [1e-5, 1e-12];
 /// The joints that are worked out.
 const OTHERS: [usize; 6] = [0, 1, 3, 4, 5, 6];
 /// The wrist's bearing is clear when the square of how far it points is above this, against the forearm's.
@@ -77,7 +83,7 @@ impl Default for Looked {
 }
 
 /// Three numbers for each of four branches.
-type Three = [f64x4; 3];
+type Three<S> = [Quad<S>; 3];
 
 /// A pose that is wanted, as the closed form sees it.
 pub(super) struct Wanted {
@@ -89,7 +95,8 @@ pub(super) struct Wanted {
 }
 
 /// What is the same for all branches and passes.
-struct Target<'w> {
+struct Target<'w, S> {
+    simd: S,
     turn: &'w Frame,
     q3: (f64, f64),
     near: &'w [f64; 7],
@@ -97,25 +104,65 @@ struct Target<'w> {
 
 /// How four branches end.
 #[expect(clippy::large_enum_variant, reason = "it is taken apart where it is made")]
-enum Four {
+enum Four<S: Wide> {
     /// None of them leads anywhere.
     Nowhere,
-    /// The gate shuts all of them, which are so far outside the limits, rad.
-    Shut([f64; 4]),
-    /// Where they stand, and how far the wrist is from where the last pass put it, m.
-    Ends(Pass, f64x4),
+    /// The gate shuts all that lead somewhere: by how much each of the four is outside the limits, rad, and a bit for each
+    /// that counts.
+    Shut([f64; 4], u8),
+    Ends(Ends<S>),
+}
+
+/// Where four branches end.
+struct Ends<S: Wide> {
+    pass: Pass<S>,
+    /// What the last step adds to [`OTHERS`], rad.
+    step: [Quad<S>; 6],
+    /// A bit for each that is a solution to rounding, as far as the model goes.
+    settled: u8,
+    /// A bit for each that the gate shuts.
+    shut: u8,
 }
 
 /// Where four branches stand after a pass.
 #[derive(Clone, Copy)]
-struct Pass {
-    turns: [Turn; 7],
+struct Pass<S: Wide> {
+    turns: [Turn<S>; 7],
+    /// The wrist centre it was made for, m.
+    wrist: Three<S>,
+    /// The same before joint 2 turns it, and then how far ahead it is.
+    arm: Three<S>,
+    ahead: Quad<S>,
+    /// Slopes of the roots for joints 4 and 2.
+    sides: [Quad<S>; 2],
     /// Lanes in which there is a solution.
-    holds: f64x4,
+    holds: Marks<S>,
     /// Lanes in which a root was out of reach by less than the slack.
-    is_stretched: f64x4,
+    is_stretched: Marks<S>,
+    /// Lanes in which one was by [`HOPELESS`], and the wrist is not stretched: joint 7 says where it is.
+    is_hopeless: Marks<S>,
     /// Lanes in which no root and no bearing is anywhere near where it ceases to be one.
-    is_clear: f64x4,
+    is_clear: Marks<S>,
+}
+
+/// One value of joint 3 to be looked at, those branches whose bit is set in `which`.
+struct Look<'l> {
+    form: &'l ClosedForm,
+    robot: &'l Robot,
+    wanted: &'l Wanted,
+    q3: f64,
+    gate: Option<&'l Gate>,
+    which: u32,
+    looked: &'l mut Looked,
+}
+
+impl Job for Look<'_> {
+    type Found = ();
+
+    #[inline(always)]
+    fn with<S: Wide>(self, simd: S) {
+        self.form.look(simd, self);
+    }
 }
 
 impl ClosedForm {
@@ -221,7 +268,8 @@ impl ClosedForm {
         gate: Option<&Gate>,
     ) -> Looked {
         let mut looked = Looked::default();
-        self.some(robot, wanted, q3, gate, 0b1111_1111, &mut looked);
+        let which = 0b1111_1111;
+        run(Look { form: self, robot, wanted, q3, gate, which, looked: &mut looked });
         looked
     }
 
@@ -235,68 +283,55 @@ impl ClosedForm {
         branch: usize,
     ) -> Result<[f64; 7], f64> {
         let mut found = Looked::default();
-        self.some(robot, wanted, q3, Some(gate), 1 << branch, &mut found);
+        let (gate, which) = (Some(gate), 1 << branch);
+        run(Look { form: self, robot, wanted, q3, gate, which, looked: &mut found });
         found.branches[branch].ok_or(found.beyond[branch])
     }
 
-    /// Works out the branches whose bit is set in `which`.
-    fn some(
-        &self,
-        robot: &Robot,
-        wanted: &Wanted,
-        q3: f64,
-        gate: Option<&Gate>,
-        which: u32,
-        looked: &mut Looked,
-    ) {
-        widest(
-            #[inline(always)]
-            || self.built(robot, wanted, q3, gate, which, looked),
-        );
-    }
-
     #[inline(always)]
-    fn built(
-        &self,
-        robot: &Robot,
-        wanted: &Wanted,
-        q3: f64,
-        gate: Option<&Gate>,
-        which: u32,
-        looked: &mut Looked,
-    ) {
-        let target =
-            Target { turn: &wanted.turn, q3: (q3 + self.zero[2]).sin_cos(), near: &wanted.near };
+    fn look<S: Wide>(&self, simd: S, asked: Look<'_>) {
+        let Look { robot, wanted, q3, gate, which, looked, .. } = asked;
+        let sin_cos = (q3 + self.zero[2]).sin_cos();
+        let target = Target { simd, turn: &wanted.turn, q3: sin_cos, near: &wanted.near };
         for (half, elbow) in [1.0, -1.0].into_iter().enumerate() {
-            if which & (0b0101_0101 << half) == 0 {
+            let which = lanes_of(which >> half);
+            if which == 0 {
                 continue;
             }
-            let (pass, off) = match self.four(&target, f64x4::splat(elbow), gate) {
+            let ends = match self.four(&target, elbow, gate, which) {
                 Four::Nowhere => continue,
-                Four::Shut(beyond) => {
+                Four::Shut(beyond, shut) => {
                     for (lane, beyond) in beyond.into_iter().enumerate() {
-                        looked.beyond[2 * lane + half] = beyond;
+                        if shut & (1 << lane) != 0 {
+                            looked.beyond[2 * lane + half] = beyond;
+                        }
                     }
                     continue;
                 }
-                Four::Ends(pass, off) => (pass, off),
+                Four::Ends(ends) => ends,
             };
-            let exact = if self.is_ideal {
-                (!pass.is_stretched & off.simd_lt(f64x4::splat(EXACT * 0.1))).to_bitmask()
-            } else {
-                0
-            };
-            let holds = pass.holds.to_bitmask();
-            let angles = OTHERS.map(|i| pass.turns[i].sin.atan2(pass.turns[i].cos).to_array());
-            for lane in 0..4 {
-                if holds & (1 << lane) == 0 || which & (1 << (2 * lane + half)) == 0 {
+            let exact = if self.is_ideal { ends.settled } else { 0 };
+            let holds = ends.pass.holds.bits() & which;
+            let mut positions = [[q3; 7]; 4];
+            for k in 0..6 {
+                let turn = ends.pass.turns[OTHERS[k]];
+                let zero = Quad::all(simd, self.zero[OTHERS[k]]);
+                let angles = (turn.sin.angle(turn.cos) + ends.step[k] - zero).lanes();
+                for (q, angle) in positions.iter_mut().zip(angles) {
+                    q[OTHERS[k]] = angle;
+                }
+            }
+            for (lane, mut q) in positions.into_iter().enumerate() {
+                let bit = 1 << lane;
+                if holds & bit == 0 {
                     continue;
                 }
-                let mut q = [q3; 7];
-                for (angles, i) in angles.iter().zip(OTHERS) {
-                    q[i] = angles[lane] - self.zero[i];
-                }
-                if exact & (1 << lane) != 0 || polish(robot, &wanted.tip, &mut q) {
+                if exact & bit != 0 {
+                    looked.branches[2 * lane + half] = Some(q);
+                } else if ends.shut & bit != 0 {
+                    let gate = gate.expect("it shuts the branch");
+                    looked.beyond[2 * lane + half] = gate.beyond(simd, &ends.pass.turns)[lane];
+                } else if polish(robot, &wanted.tip, &mut q) {
                     looked.branches[2 * lane + half] = Some(q);
                 }
             }
@@ -331,67 +366,141 @@ impl ClosedForm {
         Frame { x, y, z, origin }
     }
 
-    /// Iterates four branches.
+    /// Iterates four branches, of which those count whose bit is set in `which`.
     #[inline(always)]
-    fn four(&self, target: &Target<'_>, elbow: f64x4, gate: Option<&Gate>) -> Four {
-        let (x, y, end) =
-            (three(&target.turn.x), three(&target.turn.y), three(&target.turn.origin));
+    fn four<S: Wide>(
+        &self,
+        target: &Target<'_, S>,
+        elbow: f64,
+        gate: Option<&Gate>,
+        which: u8,
+    ) -> Four<S> {
+        let simd = target.simd;
+        let k = |x: f64| Quad::all(simd, x);
+        let (x, y, end) = (
+            three(simd, &target.turn.x),
+            three(simd, &target.turn.y),
+            three(simd, &target.turn.origin),
+        );
+        let elbow = k(elbow);
         // The first pass leaves the wrist offset out, the later ones know joint 7 from the one before.
         let Some(mut pass) = self.pass(&end, target, elbow) else { return Four::Nowhere };
-        if let Some(gate) = gate
-            && (pass.is_clear & gate.shuts(&pass.turns)).all()
-        {
-            return Four::Shut(gate.beyond(&pass.turns));
-        }
-        let mut off = f64x4::splat(f64::INFINITY);
-        let d6 = f64x4::splat(self.d6);
-        let mut last: Option<Turn> = None;
-        for _ in 0..PASSES {
-            let seven = pass.turns[6];
-            if let Some(before) = last {
-                let (s, c) = (seven.sin - before.sin, seven.cos - before.cos);
-                off = (s * s + c * c).sqrt() * d6.abs();
-                if !(pass.holds & off.simd_ge(f64x4::splat(EXACT * 0.1))).any() {
-                    break;
-                }
+        let mut shut = 0;
+        if let Some(gate) = gate {
+            shut = (pass.holds & pass.is_clear & gate.shuts(simd, &pass.turns)).bits() & which;
+            if pass.holds.bits() & which & !shut == 0 {
+                return if shut == 0 {
+                    Four::Nowhere
+                } else {
+                    Four::Shut(gate.beyond(simd, &pass.turns), shut)
+                };
             }
+        }
+        let which = which & !shut;
+        let d6 = k(self.d6);
+        let mut used: Option<Turn<S>> = None;
+        let mut calm = pass.holds;
+        let mut passes = 1;
+        loop {
+            let seven = pass.turns[6];
             // Axis 6 in the base: y turned back by joint 7.
             let mut wrist = end;
+            let mut aside = end;
             for i in 0..3 {
-                wrist[i] -= d6 * (x[i] * seven.sin + y[i] * seven.cos);
+                wrist[i] = end[i] - d6 * (x[i] * seven.sin + y[i] * seven.cos);
+                aside[i] = wrist[i] - pass.wrist[i];
             }
-            last = Some(seven);
+            let off = aside[0] * aside[0] + aside[1] * aside[1] + aside[2] * aside[2];
+            let is_there = off.below(k(0.01 * EXACT * EXACT));
+            let mut step = self.step(&pass, target, &aside);
+            if let Some(used) = used {
+                // Joint 7 moves the wrist centre once more; how far it has gone tells by how much.
+                let gone = seven.sin * used.cos - seven.cos * used.sin;
+                let more = gone / (gone - step[5]);
+                let is_known = k(1e-13).below(gone.abs()) & more.abs().below(k(2.0));
+                let more = is_known.pick(more, k(1.0));
+                for joint in &mut step {
+                    *joint = *joint * more;
+                }
+            }
+            let sum = step[0].abs()
+                + step[1].abs()
+                + step[2].abs()
+                + step[3].abs()
+                + step[4].abs()
+                + step[5].abs();
+            let is_small = sum.below(k(SMALL)) & pass.is_stretched.not();
+            let settled = (is_small | is_there).bits();
+            if pass.holds.bits() & which & !settled == 0 || passes == PASSES {
+                let settled = settled & pass.is_stretched.not().bits();
+                if self.is_ideal {
+                    // The wrist is where it must be, and cannot be.
+                    pass.holds = pass.holds & (is_there & pass.is_hopeless).not();
+                }
+                for joint in &mut step {
+                    *joint = is_small.pick(*joint, k(0.0));
+                }
+                return Four::Ends(Ends { pass, step, settled, shut });
+            }
+            calm = calm & sum.below(k(WILD));
+            let by = calm.pick(step[5], k(0.0));
+            let less = k(0.5) * by * by;
+            let next = Turn {
+                sin: seven.sin + (seven.cos * by - seven.sin * less),
+                cos: seven.cos - (seven.sin * by + seven.cos * less),
+            };
+            for i in 0..3 {
+                wrist[i] = end[i] - d6 * (x[i] * next.sin + y[i] * next.cos);
+            }
+            used = Some(next);
+            passes += 1;
             let Some(next) = self.pass(&wrist, target, elbow) else { return Four::Nowhere };
             pass = next;
         }
-        Four::Ends(pass, off)
     }
 
     /// Solves for four branches with the wrist centre at `w`; `None` where none of them has a solution.
     #[inline(always)]
-    fn pass(&self, w: &Three, target: &Target<'_>, elbow: f64x4) -> Option<Pass> {
-        let k = f64x4::splat;
+    fn pass<S: Wide>(
+        &self,
+        w: &Three<S>,
+        target: &Target<'_, S>,
+        elbow: Quad<S>,
+    ) -> Option<Pass<S>> {
+        let simd = target.simd;
+        let k = |x: f64| Quad::all(simd, x);
         let (s3, c3) = (k(target.q3.0), k(target.q3.1));
         let (d2, l1, d4, l2) = (k(self.d2), k(self.l1), k(self.d4), k(self.l2));
         let near = |i: usize| target.near[i];
         // |w|² in q4: A cos q4 + B sin q4 = C.
         let two = k(2.0);
         let fixed = d2 * d2 + l1 * l1 + d4 * d4 + l2 * l2 + two * d2 * d4 * c3;
-        let length = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+        let across = w[0] * w[0] + w[1] * w[1];
+        let length = across + w[2] * w[2];
         let four = root(two * l1 * l2, two * d2 * l2 * s3, length - fixed, elbow, near(3))?;
         let (holds4, out4, clear4) = (four.holds, four.is_stretched, four.is_clear);
-        let four = four.turn;
+        let hopeless = |lack: Quad<S>, size: Quad<S>| {
+            (k(HOPELESS[0]) * size + k(HOPELESS[1]) * l2 * l2).below(lack)
+        };
+        let hopeless4 = hopeless(four.lack, four.size);
+        let (side4, four) = (four.side, four.turn);
         // The wrist before joint 2 turns it.
         let (x, y, z) =
             (c3 * l2 * four.sin - s3 * d4, s3 * l2 * four.sin + c3 * d4 + d2, l1 + l2 * four.cos);
         // Height: z cos q2 - x sin q2.
-        let two = root(z, -x, w[2], f64x4::new([1.0, -1.0, 1.0, -1.0]), near(1))?;
+        let two = root(z, -x, w[2], Quad::of(simd, [1.0, -1.0, 1.0, -1.0]), near(1))?;
         let (holds2, out2, clear2) = (two.holds, two.is_stretched, two.is_clear);
-        let two = two.turn;
+        let hopeless2 = hopeless(two.lack, two.size);
+        let (side2, two) = (two.side, two.turn);
+        let holds = holds2 & holds4;
+        if holds.is_nowhere() {
+            return None;
+        }
         let ahead = two.cos * x + two.sin * z;
         let one = unit(ahead * w[1] - y * w[0], ahead * w[0] + y * w[1], near(0), 1e-18);
         // What rotation is left for the wrist: Z5 Y6 Z7, by columns.
-        let mut left = [three(&target.turn.x), three(&target.turn.y), three(&target.turn.z)];
+        let wanted = target.turn;
+        let mut left = [three(simd, &wanted.x), three(simd, &wanted.y), three(simd, &wanted.z)];
         for column in &mut left {
             let [x, y, z] = *column;
             let (x, y) = (one.cos * x + one.sin * y, one.cos * y - one.sin * x);
@@ -400,23 +509,56 @@ impl ClosedForm {
             let (x, z) = (four.cos * x - four.sin * z, four.sin * x + four.cos * z);
             *column = [x, y, z];
         }
-        let flip = f64x4::new([1.0, 1.0, -1.0, -1.0]);
-        let [x, y, z] = left[2];
-        let five = unit(flip * y, flip * x, near(4), 1e-18);
-        let six = Turn { sin: x * five.cos + y * five.sin, cos: z };
+        let flip = Quad::of(simd, [1.0, 1.0, -1.0, -1.0]);
+        let [to_x, to_y, to_z] = left[2];
+        let five = unit(flip * to_y, flip * to_x, near(4), 1e-18);
+        let six = Turn { sin: to_x * five.cos + to_y * five.sin, cos: to_z };
         let seven = Turn {
             sin: five.cos * left[0][1] - five.sin * left[0][0],
             cos: five.cos * left[1][1] - five.sin * left[1][0],
         };
         let three = Turn { sin: s3, cos: c3 };
-        let aside = (w[0] * w[0] + w[1] * w[1]).simd_ge(k(CLEAR) * l2 * l2);
-        let holds = holds2 & holds4;
-        holds.any().then_some(Pass {
+        Some(Pass {
             turns: [one, two, three, four, five, six, seven],
+            wrist: *w,
+            arm: [x, y, z],
+            ahead,
+            sides: [side4, side2],
             holds,
             is_stretched: out2 | out4,
-            is_clear: clear2 & clear4 & aside,
+            is_hopeless: (hopeless2 | hopeless4) & k(CLEAR).below(six.sin * six.sin),
+            is_clear: clear2 & clear4 & across.reaches(k(CLEAR) * l2 * l2),
         })
+    }
+
+    /// Returns what each of [`OTHERS`] turns, rad, as the wrist centre moves by `by`, m, and the hand does not turn; to first
+    /// order.
+    #[inline(always)]
+    fn step<S: Wide>(&self, pass: &Pass<S>, target: &Target<'_, S>, by: &Three<S>) -> [Quad<S>; 6] {
+        let k = |x: f64| Quad::all(target.simd, x);
+        let (s3, c3) = (k(target.q3.0), k(target.q3.1));
+        let [_, two, _, four, five, six, _] = &pass.turns;
+        let (w, [_, y, _], [side4, side2]) = (&pass.wrist, pass.arm, pass.sides);
+        // The three equations of a pass, each by its slope.
+        let longer = w[0] * by[0] + w[1] * by[1] + w[2] * by[2];
+        let turn4 = k(-2.0) * longer / side4;
+        let swung = k(self.l2) * turn4;
+        let (dx, dy, dz) = (c3 * four.cos * swung, s3 * four.cos * swung, -(four.sin * swung));
+        let turn2 = (two.cos * dz - two.sin * dx - by[2]) / side2;
+        let farther = two.cos * dx + two.sin * dz + w[2] * turn2;
+        let across = w[0] * w[0] + w[1] * w[1];
+        let turn1 = ((w[0] * by[1] - w[1] * by[0]) - (pass.ahead * dy - y * farther)) / across;
+        // The forearm's turn in its own axes; the wrist undoes it.
+        let (up_x, up_y) = (-(c3 * two.sin), s3 * two.sin);
+        let turned = turn1 * up_x + turn2 * s3;
+        let lifted = turn1 * two.cos;
+        let about_x = four.sin * lifted - four.cos * turned;
+        let about_y = -(turn1 * up_y + turn2 * c3 + turn4);
+        let about_z = -(four.sin * turned + four.cos * lifted);
+        let turn6 = five.cos * about_y - five.sin * about_x;
+        let turn7 = (five.cos * about_x + five.sin * about_y) / six.sin;
+        let turn5 = about_z - six.cos * turn7;
+        [turn1, turn2, turn4, turn5, turn6, turn7]
     }
 
     /// Returns how far the model is from the robot itself, m and rad, at a few positions of the joints.
@@ -471,15 +613,21 @@ fn unwound(mut frame: Frame, axes: &[Vector3<f64>; 7]) -> (Frame, [f64; 7]) {
 }
 
 #[inline(always)]
-fn three(v: &Vector3<f64>) -> Three {
-    [f64x4::splat(v.x), f64x4::splat(v.y), f64x4::splat(v.z)]
+fn three<S: Wide>(simd: S, v: &Vector3<f64>) -> Three<S> {
+    [Quad::all(simd, v.x), Quad::all(simd, v.y), Quad::all(simd, v.z)]
+}
+
+/// Returns a bit for each lane whose branch is wanted: every other one of eight.
+fn lanes_of(which: u32) -> u8 {
+    ((which & 1) | ((which >> 1) & 2) | ((which >> 2) & 4) | ((which >> 3) & 8)) as u8
 }
 
 /// Newton's method with joint 3 held; returns whether the result is exact.
 #[inline(never)]
 fn polish(robot: &Robot, target: &Frame, q: &mut [f64; 7]) -> bool {
     let mut jacobian = [0.0; 42];
-    for _ in 0..8 {
+    // Where two roots meet a step leaves half of what is off.
+    for _ in 0..14 {
         let tip = robot.jacobian_into(q, &mut jacobian);
         let error = frame_error(&tip, target);
         if error.amax() < EXACT {

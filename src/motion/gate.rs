@@ -4,10 +4,12 @@
 //! range by more than that error can be, the branch is no solution, and how far it is outside is known well enough
 //! to compare.
 
+#![expect(clippy::inline_always, reason = "what is not inlined into the job misses the registers")]
+
 use std::f64::consts::PI;
 
-use wide::f64x4;
-
+use super::lanes::Wide;
+use super::quad::{Marks, Quad};
 use super::robot::Robot;
 use super::turn::Turn;
 
@@ -45,25 +47,27 @@ impl Gate {
     }
 
     /// Returns which of four branches are outside some range by more than the blur.
-    pub(super) fn shuts(&self, turns: &[Turn; 7]) -> f64x4 {
-        let mut shut = f64x4::ZERO;
+    #[inline(always)]
+    pub(super) fn shuts<S: Wide>(&self, simd: S, turns: &[Turn<S>; 7]) -> Marks<S> {
+        let mut shut = Quad::all(simd, 0.0).below(Quad::all(simd, 0.0));
         for (range, turn) in self.ranges.iter().zip(turns) {
             if let Some(range) = range {
-                shut |= turn.cos_from(range.middle).simd_lt(f64x4::splat(range.end));
+                shut = shut | turn.cos_from(range.middle).below(Quad::all(simd, range.end));
             }
         }
         shut
     }
 
     /// Returns how far four branches are outside the ranges at most, rad.
-    pub(super) fn beyond(&self, turns: &[Turn; 7]) -> [f64; 4] {
-        let mut most = f64x4::splat(f64::NEG_INFINITY);
+    #[inline(always)]
+    pub(super) fn beyond<S: Wide>(&self, simd: S, turns: &[Turn<S>; 7]) -> [f64; 4] {
+        let mut most = Quad::all(simd, f64::NEG_INFINITY);
         for (range, turn) in self.ranges.iter().zip(turns) {
             if let Some(range) = range {
                 let (sin, cos) = (turn.sin_from(range.middle).abs(), turn.cos_from(range.middle));
-                most = most.max(sin.atan2(cos) - f64x4::splat(range.half));
+                most = most.max(sin.angle(cos) - Quad::all(simd, range.half));
             }
         }
-        most.to_array()
+        most.lanes()
     }
 }

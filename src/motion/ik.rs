@@ -7,6 +7,7 @@
 //! Source: numerical method: Sugihara, "Solvability-unconcerned inverse kinematics by the
 //! Levenberg-Marquardt method", T-RO 2011 (damping scaled by the error).
 
+use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
 use rand::rngs::StdRng;
@@ -98,22 +99,37 @@ impl Reason {
 #[derive(Debug, Clone)]
 pub struct Solver<'a> {
     robot: &'a Robot,
-    closed_form: Option<ClosedForm>,
-    /// Which joints turn.
-    turns: Vec<bool>,
+    closed_form: Option<(ClosedForm, Gate)>,
+    spans: Vec<Span>,
+}
+
+/// What of a joint is asked for each solution.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    turns: bool,
+    lower: f64,
+    upper: f64,
 }
 
 impl<'a> Solver<'a> {
     /// Prepares a robot: recognises the closed form by the joints' geometry, not by name.
     pub fn new(robot: &'a Robot) -> Self {
-        let turns = |joint: &JointLimits| robot.links[joint.link].joint.motion == Motion::Turn;
-        let turns = robot.joints().iter().map(turns).collect();
-        Self { robot, closed_form: ClosedForm::of(robot), turns }
+        let span = |joint: &JointLimits| Span {
+            turns: robot.links[joint.link].joint.motion == Motion::Turn,
+            lower: joint.lower,
+            upper: joint.upper,
+        };
+        let spans = robot.joints().iter().map(span).collect();
+        let closed_form = ClosedForm::of(robot).map(|form| {
+            let gate = form.gate(robot);
+            (form, gate)
+        });
+        Self { robot, closed_form, spans }
     }
 
     /// Returns the closed form, if this arm has one.
     pub fn closed_form(&self) -> Option<&ClosedForm> {
-        self.closed_form.as_ref()
+        self.closed_form.as_ref().map(|(form, _)| form)
     }
 
     /// Returns the robot.
@@ -134,10 +150,10 @@ impl<'a> Solver<'a> {
         accept: &dyn Fn(&[f64]) -> bool,
     ) -> Result<Vec<Vec<f64>>, Unreachable> {
         let target = &Frame::of(target.isometry());
-        let near = self.near(options);
-        let mut search = Search::new(self, &near, accept);
-        if let Some(form) = &self.closed_form {
-            search.closed(form, target, options);
+        let near = &*self.near(options);
+        let mut search = Search::new(self, near, accept);
+        if let Some((form, gate)) = &self.closed_form {
+            search.closed(form, gate, target, options);
         }
         if search.found.is_empty() && !(search.outside && search.refused) {
             // Also for the closed form: what the filter takes may lie between two values of joint 3.
@@ -151,10 +167,10 @@ impl<'a> Solver<'a> {
             search.descend(target, options, restarts);
         }
         if search.found.is_empty() {
-            return Err(self.why_not(target, &search, &near, options));
+            return Err(self.why_not(target, &search, near, options));
         }
         let mut found = search.found;
-        found.sort_by(|a, b| distance(a, &near).total_cmp(&distance(b, &near)));
+        found.sort_by(|a, b| distance(a, near).total_cmp(&distance(b, near)));
         Ok(found)
     }
 
@@ -174,7 +190,7 @@ impl<'a> Solver<'a> {
 
     /// Appends the in-limit solutions with joint 3 held at `q3` (closed form only), turned near `near`.
     pub fn at_joint_3(&self, target: &Pose<Base, Flange>, q3: f64, near: &[f64]) -> Vec<Vec<f64>> {
-        let Some(form) = &self.closed_form else { return Vec::new() };
+        let Some(form) = self.closed_form() else { return Vec::new() };
         let mut raw = Vec::with_capacity(8);
         form.solve(self.robot, target.isometry(), q3, near, &mut raw);
         raw.into_iter().filter_map(|q| self.fit(q, near)).map(|q| q.to_vec()).collect()
@@ -199,29 +215,29 @@ impl<'a> Solver<'a> {
 
     /// Brings `q` near `near` by whole turns, inside the limits; `None` if it does not fit.
     pub(super) fn fit<Q: AsMut<[f64]>>(&self, mut q: Q, near: &[f64]) -> Option<Q> {
-        let joints = self.robot.joints().iter().zip(&self.turns);
-        for ((x, near), (limits, turns)) in q.as_mut().iter_mut().zip(near).zip(joints) {
-            if *turns {
+        for ((x, near), span) in q.as_mut().iter_mut().zip(near).zip(&self.spans) {
+            let (lower, upper) = (span.lower - SLACK, span.upper + SLACK);
+            if span.turns {
                 *x = near + wrap(*x - near);
-                if *x > limits.upper + SLACK {
-                    *x -= TAU * ((*x - limits.upper - SLACK) / TAU).ceil();
-                } else if *x < limits.lower - SLACK {
-                    *x += TAU * ((limits.lower - SLACK - *x) / TAU).ceil();
+                if *x > upper {
+                    *x -= TAU * ((*x - upper) / TAU).ceil();
+                } else if *x < lower {
+                    *x += TAU * ((lower - *x) / TAU).ceil();
                 }
             }
-            if *x < limits.lower - SLACK || *x > limits.upper + SLACK {
+            if *x < lower || *x > upper {
                 return None;
             }
-            *x = x.clamp(limits.lower, limits.upper);
+            *x = x.clamp(span.lower, span.upper);
         }
         Some(q)
     }
 
-    fn near(&self, options: &Options) -> Vec<f64> {
+    fn near<'o>(&self, options: &'o Options) -> Cow<'o, [f64]> {
         if options.near.len() == self.robot.n_joints() {
-            return options.near.clone();
+            return Cow::Borrowed(&options.near);
         }
-        self.robot.joints().iter().map(|j| 0.0_f64.clamp(j.lower, j.upper)).collect()
+        self.spans.iter().map(|span| 0.0_f64.clamp(span.lower, span.upper)).collect()
     }
 
     /// Works out what the failed search says about the target.
@@ -243,7 +259,7 @@ impl<'a> Solver<'a> {
             free = random_configuration(self.robot, &mut random);
         }
         let reason = if outside { Reason::Limits } else { Reason::OutOfReach };
-        let form = self.closed_form.as_ref();
+        let form = self.closed_form();
         let nearest = nearest_distance(self.robot, form, target, near, options.seed);
         Unreachable { reason, nearest }
     }
@@ -290,16 +306,15 @@ impl<'s> Search<'s> {
     }
 
     /// Asks the closed form: a sweep over joint 3, and if that finds nothing, what lies between its values.
-    fn closed(&mut self, form: &ClosedForm, target: &Frame, options: &Options) {
+    fn closed(&mut self, form: &ClosedForm, gate: &Gate, target: &Frame, options: &Options) {
         let robot = self.solver.robot;
         let wanted = form.wanted(target, self.near);
-        let gate = form.gate(robot);
-        self.sweep(form, &wanted, &gate, options);
+        self.sweep(form, &wanted, gate, options);
         if self.found.is_empty() && self.outside {
             // Where a joint crosses its limit: at a pose that only joints at their limits reach, a single value of
             // joint 3 serves.
-            let mut swept = std::mem::take(&mut self.swept);
-            for q in window::crossings(robot, form, &wanted, &gate, &mut swept) {
+            let swept = std::mem::take(&mut self.swept);
+            for q in window::crossings(robot, form, &wanted, gate, &swept) {
                 self.take(&q);
             }
         }
@@ -320,6 +335,10 @@ impl<'s> Search<'s> {
                 return;
             }
             if self.found.is_empty() {
+                if self.swept.is_empty() {
+                    // Most that get here try them all.
+                    self.swept.reserve(options.sweep.min(128) + 1);
+                }
                 self.swept.push((q3, looked));
             }
         }
@@ -327,22 +346,32 @@ impl<'s> Search<'s> {
 
     /// Takes what fits of one value of joint 3, nearest first; returns whether there is enough.
     fn take_nearest(&mut self, looked: &Looked, enough: usize) -> bool {
-        let mut fit = [(0.0, [0.0; 7]); 8];
+        let mut fit = [[0.0; 7]; 8];
+        let mut order = [(0.0, 0); 8];
         let mut n = 0;
-        self.outside |= looked.beyond.iter().any(|beyond| beyond.is_finite());
-        for q in looked.branches.iter().flatten() {
-            if let Some(q) = self.solver.fit(*q, self.near) {
-                fit[n] = (distance(&q, self.near), q);
-                n += 1;
-            } else {
+        for (branch, beyond) in looked.branches.iter().zip(looked.beyond) {
+            let Some(q) = branch else {
+                self.outside |= beyond.is_finite();
+                continue;
+            };
+            let Some(q) = self.solver.fit(*q, self.near) else {
                 self.outside = true;
+                continue;
+            };
+            // Sorted in: there are eight at most, and those alike keep their order.
+            let far = distance(&q, self.near);
+            let mut at = n;
+            while at > 0 && order[at - 1].0 > far {
+                order[at] = order[at - 1];
+                at -= 1;
             }
+            (fit[n], order[at]) = (q, (far, n));
+            n += 1;
         }
-        fit[..n].sort_by(|a, b| a.0.total_cmp(&b.0));
         // Other values of joint 3 give other solutions.
         let first = self.found.len();
-        for (_, q) in &fit[..n] {
-            self.offer(q, first);
+        for (_, which) in &order[..n] {
+            self.offer(&fit[*which], first);
             if self.found.len() >= enough {
                 return true;
             }

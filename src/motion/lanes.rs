@@ -9,15 +9,21 @@
 use std::ops::{Add, Mul, Sub};
 
 use nalgebra::Vector3;
-use pulp::{Scalar256b, Simd, f32x8};
+use pulp::{Scalar256b, Simd, f32x8, f64x4, m64x4};
 
 /// How many numbers are done at once.
 pub(super) const LANES: usize = 8;
 
-/// What a machine has for eight numbers.
-pub(super) trait Wide: Simd<f32s = f32x8> {
+/// What a machine has for eight numbers, or for four in double precision ([`super::quad`]).
+pub(super) trait Wide: Simd<f32s = f32x8, f64s = f64x4, m64s = m64x4> {
     /// Returns a bit for each number whose sign is set.
     fn signs(self, x: f32x8) -> u8;
+
+    /// Returns a bit for each of four marks that is set.
+    fn marks(self, marks: m64x4) -> u8;
+
+    /// Returns y, z, x and what stands behind them.
+    fn next_of_three(self, v: f64x4) -> f64x4;
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -25,6 +31,16 @@ impl Wide for pulp::x86::V3 {
     #[inline(always)]
     fn signs(self, x: f32x8) -> u8 {
         self.avx._mm256_movemask_ps(pulp::cast(x)) as u8
+    }
+
+    #[inline(always)]
+    fn marks(self, marks: m64x4) -> u8 {
+        self.avx._mm256_movemask_pd(pulp::cast(marks)) as u8
+    }
+
+    #[inline(always)]
+    fn next_of_three(self, v: f64x4) -> f64x4 {
+        pulp::cast(self.avx2._mm256_permute4x64_pd::<0b11_00_10_01>(pulp::cast(v)))
     }
 }
 
@@ -34,6 +50,19 @@ impl Wide for Scalar256b {
         let f32x8(a, b, c, d, e, f, g, h) = x;
         let lanes = [a, b, c, d, e, f, g, h].into_iter().enumerate();
         lanes.fold(0, |bits, (lane, x)| bits | u8::from(x.is_sign_negative()) << lane)
+    }
+
+    #[inline(always)]
+    fn marks(self, m64x4(a, b, c, d): m64x4) -> u8 {
+        u8::from(a.is_set())
+            | u8::from(b.is_set()) << 1
+            | u8::from(c.is_set()) << 2
+            | u8::from(d.is_set()) << 3
+    }
+
+    #[inline(always)]
+    fn next_of_three(self, f64x4(x, y, z, w): f64x4) -> f64x4 {
+        f64x4(y, z, x, w)
     }
 }
 

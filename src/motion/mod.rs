@@ -31,6 +31,7 @@ pub mod solid;
 pub mod inertial;
 mod sin_cos;
 mod lanes;
+mod quad;
 mod widest;
 mod looking;
 mod spheres;

@@ -30,15 +30,17 @@ pub(super) fn crossings(
     form: &ClosedForm,
     wanted: &Wanted,
     gate: &Gate,
-    swept: &mut [(f64, Looked)],
+    swept: &[(f64, Looked)],
 ) -> Vec<[f64; 7]> {
-    swept.sort_by(|a, b| a.0.total_cmp(&b.0));
     let n = swept.len();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|a, b| swept[*a].0.total_cmp(&swept[*b].0));
+    let swept: Vec<&(f64, Looked)> = order.into_iter().map(|k| &swept[k]).collect();
     let is_closed = robot.joints()[2].continuous;
     let mut found = Vec::new();
     let mut excesses = vec![0.0; n];
     for branch in 0..8 {
-        for ((_, looked), known) in swept.iter().zip(&mut excesses) {
+        for ((_, looked), known) in swept.iter().copied().zip(&mut excesses) {
             *known =
                 looked.branches[branch].map_or(looked.beyond[branch], |q| excess(robot, Some(&q)));
         }
@@ -60,9 +62,10 @@ pub(super) fn crossings(
                 Ok(q) => (excess(robot, Some(&q)), Some(q)),
                 Err(beyond) => (beyond, None),
             };
-            let at = swept[k].0;
+            let (at, looked) = swept[k];
+            let at = *at;
             if here <= SHALLOW && here <= before && here <= after {
-                found.extend(dip(&look, [low, at, high], look(at)));
+                found.extend(dip(&look, [low, at, high], (here, looked.branches[branch])));
             } else if here.min(after) <= LEVEL {
                 // Beside a level stretch a dip shows at no sample.
                 let middle = 0.5 * (at + high);
