@@ -14,6 +14,8 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use super::inertial::Inertial;
+use super::lanes::Wide;
+use super::quad::Quad;
 use super::robot::{Drive, Link, Motion};
 use super::sin_cos::{LANES, sin_cos};
 
@@ -149,7 +151,7 @@ pub(super) struct Frames {
     /// Per link: the frame it is fixed to (`None` for the base), and where it stands in that frame.
     pub(super) links: Vec<(Option<usize>, Isometry3<f64>)>,
     /// Whether every frame hangs on the one before.
-    is_chain: bool,
+    pub(super) is_chain: bool,
 }
 
 impl Frames {
@@ -244,40 +246,43 @@ impl Frames {
         });
     }
 
-    /// Runs along a chain to a frame that is given in the last: `visit` is told each node's z and origin.
+    /// Runs along a chain to a frame that is given in the last: `visit` is told each node, its z and its origin, each with
+    /// a nought behind.
     #[inline(always)]
-    pub(super) fn run(
+    pub(super) fn run<S: Wide>(
         &self,
+        simd: S,
         q: &[f64],
         end: &Frame,
-        mut visit: impl FnMut(&Padded, &Padded),
+        mut visit: impl FnMut(&Node, Quad<S>, Quad<S>),
     ) -> Frame {
         debug_assert!(self.is_chain, "the way to a tip has no branch");
-        let [mut x, mut y, mut z, mut origin] = [0, 1, 2, 3].map(unit);
-        origin[3] = 0.0;
+        let mut x = Quad::of(simd, [1.0, 0.0, 0.0, 0.0]);
+        let mut y = Quad::of(simd, [0.0, 1.0, 0.0, 0.0]);
+        let mut z = Quad::of(simd, [0.0, 0.0, 1.0, 0.0]);
+        let mut origin = Quad::all(simd, 0.0);
         self.each(
             q,
             #[inline(always)]
             |node, turn| {
-                origin = moved(origin, [x, y, z], &node.shift);
+                origin = origin + along([x, y, z], &node.shift);
                 if let Some(before) = node.before {
                     (x, y) = turned(x, y, before);
                 }
                 (y, z) = turned(y, z, node.tilt);
                 if node.slides {
-                    origin = moved(origin, [x, y, z], &Vector3::new(0.0, 0.0, node.value(q)));
+                    origin = origin + z * Quad::all(simd, node.value(q));
                 }
-                visit(&z, &origin);
+                visit(node, z, origin);
                 (x, y) = turned(x, y, turn);
             },
         );
         let axes = [x, y, z];
-        let along = |v: &Vector3<f64>| short(moved([0.0; 4], axes, v));
         Frame {
-            x: along(&end.x),
-            y: along(&end.y),
-            z: along(&end.z),
-            origin: short(moved(origin, axes, &end.origin)),
+            x: along(axes, &end.x).short(),
+            y: along(axes, &end.y).short(),
+            z: along(axes, &end.z).short(),
+            origin: (origin + along(axes, &end.origin)).short(),
         }
     }
 
@@ -297,38 +302,18 @@ impl Frames {
     }
 }
 
-/// A vector of three with a nought behind: four numbers are one register where three are none.
-pub(super) type Padded = [f64; 4];
-
-fn unit(axis: usize) -> Padded {
-    std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 })
-}
-
-/// Returns the vector without the nought.
-#[inline(always)]
-pub(super) fn short([x, y, z, _]: Padded) -> Vector3<f64> {
-    Vector3::new(x, y, z)
-}
-
 /// Turns two axes in their plane.
 #[inline(always)]
-fn turned(a: Padded, b: Padded, (sin, cos): (f64, f64)) -> (Padded, Padded) {
-    let mut to = (a, b);
-    for i in 0..4 {
-        to.0[i] = a[i] * cos + b[i] * sin;
-        to.1[i] = b[i] * cos - a[i] * sin;
-    }
-    to
+fn turned<S: Wide>(a: Quad<S>, b: Quad<S>, (sin, cos): (f64, f64)) -> (Quad<S>, Quad<S>) {
+    let (sin, cos) = (Quad::all(a.simd(), sin), Quad::all(a.simd(), cos));
+    (a * cos + b * sin, b * cos - a * sin)
 }
 
-/// Returns a point moved by a vector that is given in three axes.
+/// Returns a vector that is given in three axes.
 #[inline(always)]
-fn moved(from: Padded, [x, y, z]: [Padded; 3], by: &Vector3<f64>) -> Padded {
-    let mut to = from;
-    for i in 0..4 {
-        to[i] += x[i] * by.x + y[i] * by.y + z[i] * by.z;
-    }
-    to
+fn along<S: Wide>([x, y, z]: [Quad<S>; 3], v: &Vector3<f64>) -> Quad<S> {
+    let k = |a: f64| Quad::all(x.simd(), a);
+    x * k(v.x) + y * k(v.y) + z * k(v.z)
 }
 
 impl Node {

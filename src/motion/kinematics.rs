@@ -5,16 +5,16 @@
 //!
 //! Source: Siciliano et al., *Robotics*, 2009, §2.8 and §3.1.3.
 
-#![expect(clippy::inline_always, reason = "what is not inlined into `widest` misses the registers")]
+#![expect(clippy::inline_always, reason = "what is not inlined into the job misses the registers")]
 
 use nalgebra::{Isometry3, Matrix6xX, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use super::error::Error;
-use super::frames::{Frame, Padded, short};
+use super::frames::Frame;
 use super::knuckle;
+use super::lanes::{Job, Wide, run};
+use super::quad::Quad;
 use super::robot::{Drive, Joint, Motion, Robot};
-use super::scratch::{FEW, scratch};
-use super::widest::widest;
 use crate::world::frame::{Base, Flange, Pose, Tool};
 
 impl Joint {
@@ -109,10 +109,7 @@ impl Robot {
 
     /// Returns where the tip is, for a `q` that is known to fit: the inner loop of planning.
     pub(super) fn tip_frame(&self, q: &[f64]) -> Frame {
-        widest(
-            #[inline(always)]
-            || self.way.run(q, &self.way_end, |_, _| {}),
-        )
+        run(Reach { robot: self, q })
     }
 
     /// Carries points of the tool into the flange; constant, since the tool is rigid. Identity when the
@@ -149,43 +146,7 @@ impl Robot {
 
     /// Writes the Jacobian into `columns`, six numbers a joint, and returns the tip's frame: one pass.
     pub(super) fn jacobian_into(&self, q: &[f64], columns: &mut [f64]) -> Frame {
-        widest(
-            #[inline(always)]
-            || self.columns(q, columns),
-        )
-    }
-
-    #[inline(always)]
-    fn columns(&self, q: &[f64], columns: &mut [f64]) -> Frame {
-        columns.fill(0.0);
-        let nodes = &self.way.nodes;
-        let (mut few, mut many) = ([<[Padded; 2]>::default(); FEW], Vec::new());
-        let axes = scratch(nodes.len(), &mut few, &mut many);
-        let mut left = axes.iter_mut();
-        let tip = self.way.run(
-            q,
-            &self.way_end,
-            #[inline(always)]
-            |z, origin| *left.next().expect("one for each node") = [*z, *origin],
-        );
-        // A joint and its mimics share a column.
-        let (columns, _) = columns.as_chunks_mut::<6>();
-        for (node, [z, origin]) in nodes.iter().zip(axes) {
-            let axis = short(*z) * node.multiplier;
-            let column = &mut columns[node.index];
-            let linear = if node.slides {
-                axis
-            } else {
-                column[3] += axis.x;
-                column[4] += axis.y;
-                column[5] += axis.z;
-                axis.cross(&(tip.origin - short(*origin)))
-            };
-            column[0] += linear.x;
-            column[1] += linear.y;
-            column[2] += linear.z;
-        }
-        tip
+        run(Differential { robot: self, q, columns })
     }
 
     /// Returns the tip's acceleration that comes from `dq` alone, `J̇ q̇`: linear m/s² over angular rad/s².
@@ -217,6 +178,82 @@ impl Robot {
             }
         }
         Ok(Vector6::new(acc.x, acc.y, acc.z, alpha.x, alpha.y, alpha.z))
+    }
+}
+
+/// Where the tip is.
+struct Reach<'r> {
+    robot: &'r Robot,
+    q: &'r [f64],
+}
+
+impl Job for Reach<'_> {
+    type Found = Frame;
+
+    #[inline(always)]
+    fn with<S: Wide>(self, simd: S) -> Frame {
+        let Self { robot, q } = self;
+        robot.way.run(
+            simd,
+            q,
+            &robot.way_end,
+            #[inline(always)]
+            |_, _, _| {},
+        )
+    }
+}
+
+/// The same and the columns of the Jacobian, six numbers a joint.
+struct Differential<'r> {
+    robot: &'r Robot,
+    q: &'r [f64],
+    columns: &'r mut [f64],
+}
+
+impl Job for Differential<'_> {
+    type Found = Frame;
+
+    #[inline(always)]
+    fn with<S: Wide>(self, simd: S) -> Frame {
+        let Self { robot, q, columns } = self;
+        let (columns, _) = columns.as_chunks_mut::<6>();
+        // A joint and its mimics share a column.
+        let is_shared = robot.way.nodes.len() > columns.len();
+        if is_shared {
+            columns.fill([0.0; 6]);
+        }
+        let tip = robot.way.run(
+            simd,
+            q,
+            &robot.way_end,
+            #[inline(always)]
+            |node, z, origin| {
+                // About the base's origin first: where the tip will be is not known yet.
+                let axis = z * Quad::all(simd, node.multiplier);
+                let column = &mut columns[node.index];
+                let [x, y, z, _] = axis.lanes();
+                let new = if node.slides {
+                    [x, y, z, 0.0, 0.0, 0.0]
+                } else {
+                    let [a, b, c, _] = origin.cross(axis).lanes();
+                    [a, b, c, x, y, z]
+                };
+                if is_shared {
+                    for (sum, new) in column.iter_mut().zip(new) {
+                        *sum += new;
+                    }
+                } else {
+                    *column = new;
+                }
+            },
+        );
+        let to = &tip.origin;
+        for [a, b, c, x, y, z] in columns {
+            *a += *y * to.z - *z * to.y;
+            *b += *z * to.x - *x * to.z;
+            *c += *x * to.y - *y * to.x;
+        }
+        tip
     }
 }
 
