@@ -15,7 +15,9 @@ use super::error::Error;
 use super::fault::UrdfFault;
 use super::frames::{Frames, Node};
 use super::inertial::Inertial;
+use super::lanes::{Job, Wide, run};
 use super::moments::{Field, Moments};
+use super::quad::{Marks, Quad};
 use super::robot::Robot;
 use super::scratch::{FEW, scratch};
 use super::steps::Step;
@@ -214,6 +216,9 @@ impl<'a> Dynamics<'a> {
     /// Adds the mass matrix to `mass`, n × n.
     #[inline(always)]
     fn masses(&self, steps: &[Step], mass: &mut [f64]) {
+        if self.frames.is_chain && self.frames.nodes.len() <= FEW {
+            return run(Chain { dynamics: self, steps, mass });
+        }
         let n = self.robot.n_joints();
         let nodes = &self.frames.nodes;
         let mut few = [Moments::default(); FEW];
@@ -274,12 +279,131 @@ impl<'a> Dynamics<'a> {
     }
 }
 
+/// The mass matrix of a chain: what all joints below feel of a push crosses the next joint at once.
+struct Chain<'m> {
+    dynamics: &'m Dynamics<'m>,
+    steps: &'m [Step],
+    mass: &'m mut [f64],
+}
+
+impl Job for Chain<'_> {
+    type Found = ();
+
+    #[inline(always)]
+    fn with<S: Wide>(self, simd: S) {
+        let Self { dynamics, steps, mass } = self;
+        let (nodes, bodies) = (&*dynamics.frames.nodes, &*dynamics.bodies);
+        let n = dynamics.robot.n_joints();
+        let (steps, bodies) = (&steps[..nodes.len()], &bodies[..nodes.len()]);
+        let lanes = [Quad::of(simd, [0.0, 1.0, 2.0, 3.0]), Quad::of(simd, [4.0, 5.0, 6.0, 7.0])];
+        let mut pushes = [Pushes::none(simd); 2];
+        let mut whole = Moments::default();
+        let mut indices = [0; FEW];
+        // The last node is in lane 0, so that the first joints crossed take one register.
+        for (lane, at) in (0..nodes.len()).rev().enumerate() {
+            let (node, quads) = (&nodes[at], 1 + lane / 4);
+            let mut left = lane + 1;
+            let mut sum = bodies[at];
+            if lane > 0 {
+                let step = &steps[at + 1];
+                sum.add(&whole, step);
+                for pushes in &mut pushes[..=(lane - 1) / 4] {
+                    pushes.cross(step);
+                }
+            }
+            whole = sum;
+            let own = if node.slides { whole.pushed_along_z() } else { whole.turned_about_z() };
+            // What lies beyond is written when its turn comes.
+            pushes[quads - 1].begin(
+                lanes[quads - 1].reaches(Quad::all(simd, lane as f64)),
+                node,
+                &own,
+            );
+            indices[lane] = node.index;
+            let (first, multiplier) = (n * node.index, Quad::all(simd, node.multiplier));
+            for (pushes, indices) in pushes[..quads].iter().zip(indices.chunks(4)) {
+                let felt = if node.slides { pushes.force[2] } else { pushes.moment[2] };
+                let felt = (felt * multiplier).lanes();
+                for i in 0..4.min(left) {
+                    mass[first + indices[i]] += felt[i];
+                    // The last is the joint itself.
+                    if left > 1 {
+                        mass[n * indices[i] + node.index] += felt[i];
+                    }
+                    left -= 1;
+                }
+            }
+        }
+    }
+}
+
+/// Forces and moments that give four joints an acceleration of one, seen from one frame.
+#[derive(Clone, Copy)]
+struct Pushes<S: Wide> {
+    force: [Quad<S>; 3],
+    moment: [Quad<S>; 3],
+}
+
+impl<S: Wide> Pushes<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        let none = [Quad::all(simd, 0.0); 3];
+        Self { force: none, moment: none }
+    }
+
+    /// Puts the push of a joint into some lanes.
+    #[inline(always)]
+    fn begin(
+        &mut self,
+        lanes: Marks<S>,
+        node: &Node,
+        (force, moment): &(Vector3<f64>, Vector3<f64>),
+    ) {
+        let simd = self.force[0].simd();
+        let k = |x: f64| Quad::all(simd, node.multiplier * x);
+        for i in 0..3 {
+            self.force[i] = lanes.pick(k(force[i]), self.force[i]);
+            self.moment[i] = lanes.pick(k(moment[i]), self.moment[i]);
+        }
+    }
+
+    /// Carries them to the parent's origin and frame.
+    #[inline(always)]
+    fn cross(&mut self, step: &Step) {
+        let simd = self.force[0].simd();
+        let k = |x: f64| Quad::all(simd, x);
+        let ([x, y, z], [a, b, c]) = (outward(self.force, step), outward(self.moment, step));
+        let r = &step.reach;
+        let (rx, ry, rz) = (k(r.x), k(r.y), k(r.z));
+        self.force = [x, y, z];
+        self.moment = [a + (ry * z - rz * y), b + (rz * x - rx * z), c + (rx * y - ry * x)];
+    }
+}
+
 impl Node {
     /// Returns what its joint feels of a force and a moment, N or N·m.
     #[inline]
     fn along(&self, (force, moment): &(Vector3<f64>, Vector3<f64>)) -> f64 {
         if self.slides { force.z } else { moment.z }
     }
+}
+
+/// Carries four directions of a step's frame into its parent's.
+#[inline(always)]
+fn outward<S: Wide>([x, y, z]: [Quad<S>; 3], step: &Step) -> [Quad<S>; 3] {
+    let (x, y) = turned(x, y, step.turn);
+    let (y, z) = turned(y, z, step.tilt);
+    let (x, y) = match step.before {
+        Some(before) => turned(x, y, before),
+        None => (x, y),
+    };
+    [x, y, z]
+}
+
+#[inline(always)]
+fn turned<S: Wide>(a: Quad<S>, b: Quad<S>, (sin, cos): (f64, f64)) -> (Quad<S>, Quad<S>) {
+    let (sin, cos) = (Quad::all(a.simd(), sin), Quad::all(a.simd(), cos));
+    (a * cos - b * sin, b * cos + a * sin)
 }
 
 /// How a frame moves, and what acts on it and on all that hangs on it; in its own axes.
@@ -322,5 +446,54 @@ impl State {
     fn with(mut self, body: &Moments) -> Self {
         self.felt = body.moved(&self.acc, &self.field);
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chain whose joints turn, slide and follow each other.
+    const CHAIN: &str = r#"<robot name="chain"><link name="base"/>
+        <link name="a"><inertial><origin xyz="0.1 0.02 -0.03" rpy="0.1 0.2 0.3"/><mass value="2"/>
+            <inertia ixx="0.02" iyy="0.03" izz="0.025" ixy="0.001" ixz="-0.002" iyz="0.0015"/></inertial></link>
+        <link name="b"><inertial><origin xyz="0 0.1 0.05"/><mass value="1.5"/>
+            <inertia ixx="0.01" iyy="0.02" izz="0.015" ixy="0.001" ixz="0.002" iyz="0"/></inertial></link>
+        <link name="c"><inertial><origin xyz="0.05 0.1 0.05"/><mass value="1.1"/>
+            <inertia ixx="0.01" iyy="0.02" izz="0.015" ixy="0" ixz="0.002" iyz="0"/></inertial></link>
+        <link name="d"><inertial><origin xyz="0.05 -0.1 0.05"/><mass value="0.7"/>
+            <inertia ixx="0.01" iyy="0.02" izz="0.015" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <link name="e"><inertial><origin xyz="0.02 -0.1 0.05"/><mass value="0.6"/>
+            <inertia ixx="0.01" iyy="0.02" izz="0.015" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <link name="f"><inertial><origin xyz="0.02 -0.1 0.05"/><mass value="0.4"/>
+            <inertia ixx="0.01" iyy="0.02" izz="0.015" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="1" type="revolute"><parent link="base"/><child link="a"/><origin xyz="0.1 0 0.2" rpy="0.3 0.1 -0.2"/>
+            <axis xyz="0.3 0.5 0.8"/><limit lower="-2" upper="2" velocity="1" effort="9"/></joint>
+        <joint name="2" type="prismatic"><parent link="a"/><child link="b"/><origin xyz="0.1 0.2 0.2" rpy="0.3 0.7 -0.2"/>
+            <axis xyz="1 0 0"/><limit lower="-0.5" upper="0.5" velocity="1" effort="9"/></joint>
+        <joint name="3" type="continuous"><parent link="b"/><child link="c"/><origin xyz="0.1 -0.2 0.2" rpy="0.3 0.7 1.2"/>
+            <axis xyz="0 1 0"/><limit velocity="1" effort="9"/></joint>
+        <joint name="4" type="revolute"><parent link="c"/><child link="d"/><origin xyz="0 -0.1 0.2"/>
+            <axis xyz="0 0 -1"/><limit lower="-2" upper="2" velocity="1" effort="9"/></joint>
+        <joint name="5" type="revolute"><parent link="d"/><child link="e"/><origin xyz="0 -0.1 0.2" rpy="1 0 0"/>
+            <axis xyz="0 1 1"/><limit lower="-2" upper="2" velocity="1" effort="9"/><mimic joint="3" multiplier="-0.7"/></joint>
+        <joint name="6" type="prismatic"><parent link="e"/><child link="f"/><origin xyz="0 0.1 0.1" rpy="0 1 0"/>
+            <axis xyz="0 0 1"/><limit lower="-0.5" upper="0.5" velocity="1" effort="9"/></joint>
+        </robot>"#;
+
+    #[test]
+    fn a_chains_mass_matrix_is_what_inverse_dynamics_gives_for_each_joint() {
+        let robot = Robot::from_urdf(CHAIN, Some("f")).unwrap();
+        let n = robot.n_joints();
+        assert_eq!(n, 5, "one of the six follows another");
+        let dynamics = Dynamics::new(&robot, Bodies::All).with_gravity(Vector3::zeros());
+        let q = [0.4, -0.2, 1.1, -0.9, 0.3];
+        let mass = dynamics.mass_matrix(&q).unwrap();
+        for joint in 0..n {
+            let mut ddq = [0.0; 5];
+            ddq[joint] = 1.0;
+            let tau = dynamics.inverse(&q, &[0.0; 5], &ddq).unwrap();
+            assert!((tau - mass.column(joint)).amax() < 1e-13, "joint {joint}: {mass}");
+        }
     }
 }
