@@ -1,10 +1,14 @@
 //! Small symmetric systems, solved in place: the steps of Newton's method in the inner loops.
 //!
-//! Source: Golub and Van Loan, *Matrix Computations*, 4th edition, algorithm 4.2.1.
+//! No root is taken: each would hold up all that follows.
+//!
+//! Source: Golub and Van Loan, *Matrix Computations*, 4th edition, §4.1.2.
 
-/// Solves `A x = b` for a symmetric positive definite `A`, n × n by columns, of which the lower half is read.
+#![expect(clippy::inline_always, reason = "unrolled only where the size is known")]
+
+/// Solves `A x = b`, by `L D Lᵀ`, for a symmetric positive definite `A`, n × n by columns, of which the lower half is read.
 ///
-/// `b` becomes `x`, and `A` its factor with reciprocals on the diagonal. Returns whether `A` was positive definite; if not, both are spoilt.
+/// `b` becomes `x`, and `A` its factor. Returns whether `A` was positive definite; if not, both are spoilt.
 pub(super) fn solve(a: &mut [f64], b: &mut [f64]) -> bool {
     match b.len() {
         // The sizes of most arms: loops of known length are unrolled.
@@ -14,32 +18,28 @@ pub(super) fn solve(a: &mut [f64], b: &mut [f64]) -> bool {
     }
 }
 
-#[expect(clippy::inline_always, reason = "unrolled only where the size is known")]
 #[inline(always)]
 fn sized(n: usize, a: &mut [f64], b: &mut [f64]) -> bool {
     let (a, b) = (&mut a[..n * n], &mut b[..n]);
     for j in 0..n {
-        for k in 0..j {
-            let factor = a[k * n + j];
-            for i in j..n {
-                a[j * n + i] -= factor * a[k * n + i];
-            }
-        }
         let pivot = a[j * n + j];
         if pivot.is_nan() || pivot <= 0.0 {
             return false;
         }
-        let scale = 1.0 / pivot.sqrt();
+        let scale = 1.0 / pivot;
         a[j * n + j] = scale;
-        for i in j + 1..n {
-            a[j * n + i] *= scale;
+        for k in j + 1..n {
+            let factor = a[j * n + k] * scale;
+            for i in k..n {
+                a[k * n + i] -= factor * a[j * n + i];
+            }
         }
     }
-    // The pivots' reciprocals stand for them.
+    // The pivots' reciprocals stand for them, and columns are not divided by them.
     for j in 0..n {
-        b[j] *= a[j * n + j];
+        let share = b[j] * a[j * n + j];
         for i in j + 1..n {
-            b[i] -= a[j * n + i] * b[j];
+            b[i] -= a[j * n + i] * share;
         }
     }
     for j in (0..n).rev() {

@@ -56,24 +56,24 @@ pub(super) fn nearest_distance(
 /// Positions of the joints inside the limits from which the tip is near the target, by the closed form.
 fn guided(robot: &Robot, form: &ClosedForm, target: &Frame, near: &[f64]) -> Vec<Vec<f64>> {
     let reachable = form.wanted(&form.within_reach(target), near);
-    let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
+    // Those least outside, in order.
+    let mut found = [(f64::INFINITY, [0.0; 7]); GUIDED];
     for k in 0..SWEEP {
         let q3 = near[2] + std::f64::consts::TAU * f64::from(k) / f64::from(SWEEP);
-        for q in form.branches(robot, &reachable, q3, None).branches.into_iter().flatten() {
+        for mut q in form.branches(robot, &reachable, q3, None).branches.into_iter().flatten() {
             let mut outside = 0.0;
-            let held = robot.joints().iter().zip(q).map(|(joint, x)| {
-                let x = if joint.continuous { x } else { wrap(x) };
-                let kept = x.clamp(joint.lower, joint.upper);
-                outside += (x - kept).abs();
-                kept
-            });
-            let held = held.collect();
-            found.push((outside, held));
+            for (x, joint) in q.iter_mut().zip(robot.joints()) {
+                let free = if joint.continuous { *x } else { wrap(*x) };
+                *x = free.clamp(joint.lower, joint.upper);
+                outside += (free - *x).abs();
+            }
+            if let Some(at) = found.iter().position(|other| outside < other.0) {
+                found[at..].rotate_right(1);
+                found[at] = (outside, q);
+            }
         }
     }
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found.truncate(GUIDED);
-    found.into_iter().map(|(_, q)| q).collect()
+    found.iter().filter(|(outside, _)| outside.is_finite()).map(|(_, q)| q.to_vec()).collect()
 }
 
 /// Goes as near to the target as the limits allow while the orientation is kept; returns the distance
@@ -94,6 +94,7 @@ fn approach(robot: &Robot, target: &Frame, q: &mut [f64]) -> f64 {
         error
     };
     let mut error = look(q, &mut jacobian);
+    let mut squared = error.norm_squared();
     normal::equations(&jacobian, error.as_slice(), &mut plain, &mut pull);
     for _ in 0..200 {
         normal.copy_from_slice(&plain);
@@ -118,14 +119,15 @@ fn approach(robot: &Robot, target: &Frame, q: &mut [f64]) -> f64 {
             tried[i] = (q[i] + step[i]).clamp(joint.lower, joint.upper);
         }
         let next = look(&tried, &mut beside);
-        if next.norm_squared() < error.norm_squared() {
-            let gain = error.norm_squared() - next.norm_squared();
+        let less = next.norm_squared();
+        if less < squared {
+            let before = std::mem::replace(&mut squared, less);
             q.copy_from_slice(&tried);
             std::mem::swap(&mut jacobian, &mut beside);
-            let before = std::mem::replace(&mut error, next);
+            error = next;
             damping = (damping * 0.3).max(1e-9);
             // What is left to gain is far below a millimetre.
-            if gain < 1e-14 + 1e-5 * before.norm_squared() {
+            if before - less < 1e-14 + 1e-5 * before {
                 break;
             }
             normal::equations(&jacobian, error.as_slice(), &mut plain, &mut pull);
