@@ -24,6 +24,15 @@ pub(super) trait Wide: Simd<f32s = f32x8, f64s = f64x4, m64s = m64x4> {
 
     /// Returns y, z, x and what stands behind them.
     fn next_of_three(self, v: f64x4) -> f64x4;
+
+    /// Returns `holds` where a mark is set, else `not`. Pulp's own is a call where little is inlined, as those of the next two.
+    fn pick(self, marks: m64x4, holds: f64x4, not: f64x4) -> f64x4;
+
+    /// Returns the marks turned round.
+    fn unmarked(self, marks: m64x4) -> m64x4;
+
+    /// Returns four numbers without their signs.
+    fn sizes(self, x: f64x4) -> f64x4;
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -41,6 +50,24 @@ impl Wide for pulp::x86::V3 {
     #[inline(always)]
     fn next_of_three(self, v: f64x4) -> f64x4 {
         pulp::cast(self.avx2._mm256_permute4x64_pd::<0b11_00_10_01>(pulp::cast(v)))
+    }
+
+    #[inline(always)]
+    fn pick(self, marks: m64x4, holds: f64x4, not: f64x4) -> f64x4 {
+        let (not, holds) = (pulp::cast(not), pulp::cast(holds));
+        pulp::cast(self.avx._mm256_blendv_pd(not, holds, pulp::cast(marks)))
+    }
+
+    #[inline(always)]
+    fn unmarked(self, marks: m64x4) -> m64x4 {
+        let all = pulp::cast([u64::MAX; 4]);
+        pulp::cast(self.avx._mm256_xor_pd(pulp::cast(marks), all))
+    }
+
+    #[inline(always)]
+    fn sizes(self, x: f64x4) -> f64x4 {
+        let sign = pulp::cast(f64x4(-0.0, -0.0, -0.0, -0.0));
+        pulp::cast(self.avx._mm256_andnot_pd(sign, pulp::cast(x)))
     }
 }
 
@@ -63,6 +90,21 @@ impl Wide for Scalar256b {
     #[inline(always)]
     fn next_of_three(self, f64x4(x, y, z, w): f64x4) -> f64x4 {
         f64x4(y, z, x, w)
+    }
+
+    #[inline(always)]
+    fn pick(self, marks: m64x4, holds: f64x4, not: f64x4) -> f64x4 {
+        self.select_f64s(marks, holds, not)
+    }
+
+    #[inline(always)]
+    fn unmarked(self, marks: m64x4) -> m64x4 {
+        self.not_m64s(marks)
+    }
+
+    #[inline(always)]
+    fn sizes(self, x: f64x4) -> f64x4 {
+        self.abs_f64s(x)
     }
 }
 

@@ -72,7 +72,7 @@ impl<S: Wide> Quad<S> {
 
     #[inline(always)]
     pub(super) fn abs(self) -> Self {
-        Self { lanes: self.simd.abs_f64s(self.lanes), ..self }
+        Self { lanes: self.simd.sizes(self.lanes), ..self }
     }
 
     #[inline(always)]
@@ -150,7 +150,7 @@ impl<S: Wide> Marks<S> {
     /// Returns one number where it holds, and another where it does not.
     #[inline(always)]
     pub(super) fn pick(self, holds: Quad<S>, not: Quad<S>) -> Quad<S> {
-        let lanes = self.simd.select_f64s(self.lanes, holds.lanes, not.lanes);
+        let lanes = self.simd.pick(self.lanes, holds.lanes, not.lanes);
         Quad { simd: self.simd, lanes }
     }
 
@@ -173,7 +173,7 @@ impl<S: Wide> Marks<S> {
     /// Returns where it does not hold.
     #[inline(always)]
     pub(super) fn not(self) -> Self {
-        Self { lanes: self.simd.not_m64s(self.lanes), ..self }
+        Self { lanes: self.simd.unmarked(self.lanes), ..self }
     }
 }
 
@@ -236,7 +236,7 @@ impl<S: Wide> Neg for Quad<S> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { lanes: self.simd.neg_f64s(self.lanes), ..self }
+        self * Self::all(self.simd, -1.0)
     }
 }
 
