@@ -205,7 +205,9 @@ impl Physics {
         let dt = self.parameters.dt;
         let n = self.tree.bodies.len() - 1;
         let (turns, joints) = self.turns();
-        let Equations { mut mass, bias, axes } = self.equations(poses, &joints);
+        let weight = self.links.get(1).map_or(0.0, |link| self.bodies[*link].gravity_scale());
+        let equations = Equations::new(&self.tree, &(self.gravity * weight), poses, &joints);
+        let Equations { mut mass, bias, axes } = equations;
         let mut change = [0.0; MOST];
         for k in 0..n {
             let Turn { at, spring: (stiff, rest), damping, armature, .. } = turns[k];

@@ -7,7 +7,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::Physics;
+use super::tree::Tree;
 use crate::motion::robot::Motion;
 
 /// Joints an arm may have to be moved here, its jaws' among them.
@@ -84,13 +84,17 @@ impl Mass {
     }
 }
 
-impl Physics {
-    /// Works out the equations of motion, about the base's origin.
-    pub(super) fn equations(&self, poses: &[Isometry3<f64>], speeds: &[f64; MOST]) -> Equations {
-        let bodies = &self.tree.bodies;
-        let scale = self.links.get(1).map_or(0.0, |link| self.bodies[*link].gravity_scale());
+impl Equations {
+    /// Works out the equations of motion of a tree whose bodies are at `poses` and fall at `gravity`, m/s², its joints at `speeds`.
+    pub(super) fn new(
+        tree: &Tree,
+        gravity: &Vector3<f64>,
+        poses: &[Isometry3<f64>],
+        speeds: &[f64; MOST],
+    ) -> Self {
+        let bodies = &tree.bodies;
         // The base accelerates upwards in place of weight pulling all down.
-        let still = Twist { turns: Vector3::zeros(), moves: -self.gravity * scale };
+        let still = Twist { turns: Vector3::zeros(), moves: -gravity };
         let base = poses[0].translation.vector;
         let mut axes = [Twist::default(); MOST];
         let (mut motions, mut changes) = ([Twist::default(); MOST], [still; MOST]);
@@ -121,7 +125,7 @@ impl Physics {
             forces[at] = masses[at].times(&changes[at]).plus(&motions[at].carries(&momentum));
         }
         let (mass, bias) = ([[0.0; MOST]; MOST], [0.0; MOST]);
-        let mut equations = Equations { mass, bias, axes };
+        let mut equations = Self { mass, bias, axes };
         for (at, body) in bodies.iter().enumerate().skip(1).rev() {
             let Some(parent) = body.parent else { continue };
             equations.bias[at - 1] = axes[at].dot(&forces[at]);
