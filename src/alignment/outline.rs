@@ -170,6 +170,7 @@ impl Outline {
     }
 
     /// Adds the silhouette's corner points to the lines of the same solid at the same pose; empty as in [`Self::new`].
+    #[must_use]
     pub fn closed(mut self, view: &Projector, shape: &Shape, pose: &ObjectPose) -> Self {
         let points = view.of(pose);
         let hull = match shape {
