@@ -193,3 +193,25 @@ impl LineSource for Pipe<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::language::Library;
+    use crate::report::Style;
+
+    #[test]
+    fn what_was_typed_ahead_is_forgotten_and_the_history_is_not() {
+        let library = Library::standard();
+        let scope = library.scope(library.default_scene());
+        let style = Style { json: false, quiet: false, verbose: false, colour: false, bars: false };
+        let mut terminal = Terminal::new(Helper::new(library, scope, style), None).unwrap();
+        terminal.editor.add_history_entry("pour(jar, cup)").unwrap();
+        terminal.pasted.push_back("place(jar)".into());
+        terminal.stepping(true);
+        terminal.forget();
+        assert!(terminal.pasted.is_empty());
+        assert_eq!(terminal.editor.history().iter().collect::<Vec<_>>(), ["pour(jar, cup)"]);
+        assert!(terminal.editor.helper().is_some_and(|helper| helper.steps));
+    }
+}
