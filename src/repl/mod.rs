@@ -270,7 +270,9 @@ impl<'scope, 'env> Session<'scope, 'env> {
             };
             match typed {
                 Typed::Statement(statement) => {
-                    if self.survive(&statement) == Next::Quit {
+                    let next = self.survive(&statement);
+                    self.mind_presses();
+                    if next == Next::Quit {
                         return Ok(self.worst.get());
                     }
                 }
@@ -313,6 +315,16 @@ impl<'scope, 'env> Session<'scope, 'env> {
         match self.pending {
             Some(_) => "y/n> ".to_owned(),
             None => format!("{}> ", self.robot),
+        }
+    }
+
+    /// Forgets what was typed ahead of a Ctrl-C, and that one, unless what it was to stop still winds down.
+    fn mind_presses(&mut self) {
+        if self.hands.presses.load(Ordering::SeqCst) > 0 {
+            self.lines.forget();
+            if self.bench.is_here() {
+                self.hands.presses.store(0, Ordering::SeqCst);
+            }
         }
     }
 
