@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use clap::{Args, Command, CommandFactory as _};
+use clap::{Arg, Args, Command, CommandFactory as _};
 use serde_json::json;
 
 use super::offered;
@@ -46,12 +46,21 @@ pub(super) struct HelpArgs {
 
 /// Returns the program's arguments, with help that offers in each command what acts there.
 pub(super) fn offering() -> Command {
-    let mut command = Cli::command().max_term_width(WIDEST);
+    let mut command = signed(Cli::command()).max_term_width(WIDEST);
     command.build();
     offered::hidden_elsewhere(command).mut_subcommands(|own| match topic(own.get_name()) {
         Some(topic) => own.after_help(told(topic)),
         None => own,
     })
+}
+
+/// Returns the command with negative numbers read as values, so that one out of range is answered with the range.
+fn signed(command: Command) -> Command {
+    let value = |arg: Arg| {
+        let takes_one = arg.get_action().takes_values();
+        arg.allow_negative_numbers(takes_one)
+    };
+    command.mut_args(value).mut_subcommands(signed)
 }
 
 /// The same, with a help of its own that lists the commands by section.

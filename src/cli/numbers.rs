@@ -25,8 +25,8 @@ pub(super) fn beat(text: &str) -> Result<f64, String> {
 
 /// Reads how many plans are tried.
 pub(super) fn candidates(text: &str) -> Result<usize, String> {
-    let n = text.parse().map_err(|_| "it is not a whole number".to_owned())?;
-    if (1..=64).contains(&n) { Ok(n) } else { Err("it should be from 1 to 64".to_owned()) }
+    let n: i64 = text.parse().map_err(|_| "it is not a whole number".to_owned())?;
+    if (1..=64).contains(&n) { Ok(n as usize) } else { Err("it should be from 1 to 64".to_owned()) }
 }
 
 fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
@@ -49,5 +49,6 @@ mod tests {
         }
         assert!(seconds("soon").is_err());
         assert!(millilitres("-1").is_err() && millilitres("1e9").is_err());
+        assert_eq!(candidates("-3").unwrap_err(), "it should be from 1 to 64");
     }
 }

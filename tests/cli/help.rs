@@ -134,3 +134,17 @@ fn a_topic_is_told_by_itself_and_below_the_command() {
 fn listed_topic(topic: &str) -> impl Fn(&str) -> Option<&str> {
     move |line| (line.split_whitespace().next() == Some(topic)).then_some(line)
 }
+
+#[test]
+fn a_negative_number_is_answered_with_the_range() {
+    let scratch = Scratch::new("cli-help-negative");
+    for (args, range) in [
+        (["--candidates", "-3", "doctor"].as_slice(), "it should be from 1 to 64"),
+        (["trials", "scripts/pour.task", "-n", "-2"].as_slice(), "-2 is not in 1..=100000"),
+        (["--seed", "-1", "doctor"].as_slice(), "-1 is not in 0.."),
+    ] {
+        let said = scratch.trueup(args);
+        assert_eq!(said.code, 2, "{said:?}");
+        assert!(said.err.contains(range), "{args:?}: {}", said.err);
+    }
+}
