@@ -4,6 +4,9 @@
 //! axis: what crosses a joint is turned in two planes, and what the joint feels is one number of it. Rotor inertia and friction are not here: no value for the Gen3 is
 //! published, and finding them is what the twin's effects are for.
 //!
+//! Both recursions are here once, over a [`Linkage`]: a robot's, where what `q` does not drive is rigid, and the twin's,
+//! whose jaws are joints as well.
+//!
 //! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2.
 
 #![expect(clippy::inline_always, reason = "what is not inlined into `widest` misses the registers")]
@@ -11,6 +14,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::cholesky;
+pub(crate) use super::cholesky::{factor, solve_with};
 use super::error::Error;
 use super::fault::UrdfFault;
 use super::frames::{Frames, Node};
@@ -18,7 +22,7 @@ use super::inertial::Inertial;
 use super::lanes::{Job, Wide, run};
 use super::moments::{Field, Moments};
 use super::quad::{Marks, Quad};
-use super::robot::Robot;
+use super::robot::{Link, Robot};
 use super::scratch::{FEW, scratch};
 use super::steps::Step;
 use super::widest::widest;
@@ -45,11 +49,19 @@ pub struct Dynamics<'a> {
     massive: Vec<(usize, Inertial)>,
     gravity: Vector3<f64>,
     opening: f64,
-    frames: Frames,
     /// What moves with each frame, in that frame.
     joined: Vec<Inertial>,
     /// The same by its moments.
+    linkage: Linkage,
+}
+
+/// The moving frames of a tree of links and what moves with each: what the recursions go through.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Linkage {
+    frames: Frames,
+    /// What moves with each frame, in that frame.
     bodies: Vec<Moments>,
+    n_joints: usize,
 }
 
 impl<'a> Dynamics<'a> {
@@ -71,18 +83,19 @@ impl<'a> Dynamics<'a> {
             }
         }
         let gravity = Vector3::new(0.0, 0.0, -GRAVITY);
-        let (frames, joined, bodies) = (Frames::default(), Vec::new(), Vec::new());
-        Self { robot, massive, gravity, opening, frames, joined, bodies }.joined()
+        let (joined, linkage) = (Vec::new(), Linkage::default());
+        Self { robot, massive, gravity, opening, joined, linkage }.joined()
     }
 
     /// Joins what is rigid.
     fn joined(mut self) -> Self {
-        self.frames = Frames::of(&self.robot.links, self.opening, |_| true);
-        self.joined = vec![Inertial::zero(); self.frames.nodes.len()];
+        let frames = Frames::of(&self.robot.links, self.opening, |_| true);
+        self.joined = vec![Inertial::zero(); frames.nodes.len()];
         for (link, inertial) in &self.massive {
-            self.frames.join(*link, inertial, &mut self.joined);
+            frames.join(*link, inertial, &mut self.joined);
         }
-        self.bodies = self.joined.iter().map(Moments::of).collect();
+        let bodies = self.joined.iter().map(Moments::of).collect();
+        self.linkage = Linkage { frames, bodies, n_joints: self.robot.n_joints() };
         self
     }
 
@@ -90,8 +103,8 @@ impl<'a> Dynamics<'a> {
     #[must_use]
     pub fn with_payload(mut self, payload: Inertial) -> Self {
         self.massive.push((self.robot.tip, payload));
-        self.frames.join(self.robot.tip, &payload, &mut self.joined);
-        self.bodies = self.joined.iter().map(Moments::of).collect();
+        self.linkage.frames.join(self.robot.tip, &payload, &mut self.joined);
+        self.linkage.bodies = self.joined.iter().map(Moments::of).collect();
         self
     }
 
@@ -145,19 +158,100 @@ impl<'a> Dynamics<'a> {
             self.robot.check(values)?;
         }
         let mut tau = DVector::zeros(self.robot.n_joints());
-        self.with_steps(
+        let (linkage, gravity) = (&self.linkage, &self.gravity);
+        linkage.with_steps::<FEW, _>(
             q,
             #[inline(always)]
-            |steps| self.torques(steps, dq, Some(ddq), tau.as_mut_slice()),
+            |steps| linkage.torques::<FEW>(steps, gravity, dq, Some(ddq), tau.as_mut_slice()),
         );
         Ok(tau)
     }
 
+    /// Returns the mass matrix, n × n, kg·m².
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WrongLength`] or [`Error::NotFinite`].
+    ///
+    /// Source: composite rigid bodies, Featherstone §6.2, each in its own frame.
+    pub fn mass_matrix(&self, q: &[f64]) -> Result<DMatrix<f64>, Error> {
+        self.robot.check(q)?;
+        let n = self.robot.n_joints();
+        let mut mass = DMatrix::zeros(n, n);
+        self.linkage.with_steps::<FEW, _>(
+            q,
+            #[inline(always)]
+            |steps| self.linkage.masses::<FEW>(steps, mass.as_mut_slice()),
+        );
+        Ok(mass)
+    }
+
+    /// Returns the accelerations, rad/s², that torques `tau` (N·m) give.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WrongLength`], [`Error::NotFinite`], or [`Error::Urdf`] when some joint carries no mass.
+    pub fn forward(&self, q: &[f64], dq: &[f64], tau: &[f64]) -> Result<DVector<f64>, Error> {
+        self.robot.check(tau)?;
+        self.robot.check(q)?;
+        self.robot.check(dq)?;
+        let n = tau.len();
+        let mut rest = DVector::zeros(n);
+        let mut few = [0.0; FEW * FEW];
+        let mut many = Vec::new();
+        let mass = scratch(n * n, &mut few, &mut many);
+        self.linkage.equations::<FEW>(&self.gravity, q, dq, mass, rest.as_mut_slice());
+        for (rest, tau) in rest.iter_mut().zip(tau) {
+            *rest = tau - *rest;
+        }
+        if cholesky::solve(mass, rest.as_mut_slice()) {
+            Ok(rest)
+        } else {
+            Err(Error::Urdf { what: UrdfFault::Massless })
+        }
+    }
+}
+
+impl Linkage {
+    /// Returns the linkage of all links, of which [`super::robot::Drive::Joint`] moves those that move, by `n_joints` values; all
+    /// others stand as they do at an opening, m.
+    pub(crate) fn of(links: &[Link], opening: f64, n_joints: usize) -> Self {
+        let frames = Frames::of(links, opening, |_| true);
+        let mut joined = vec![Inertial::zero(); frames.nodes.len()];
+        for (at, link) in links.iter().enumerate() {
+            if let Some(inertial) = &link.inertial {
+                frames.join(at, inertial, &mut joined);
+            }
+        }
+        Self { frames, bodies: joined.iter().map(Moments::of).collect(), n_joints }
+    }
+
+    /// Adds the parts of the equations of motion, `mass · q̈ + bias = τ`, to a matrix n × n, kg·m², and a vector, N·m. Gravity
+    /// is in the axes of the base, m/s²; memory for more than `N` frames is the heap's.
+    #[inline(always)]
+    pub(crate) fn equations<const N: usize>(
+        &self,
+        gravity: &Vector3<f64>,
+        q: &[f64],
+        dq: &[f64],
+        mass: &mut [f64],
+        bias: &mut [f64],
+    ) {
+        self.with_steps::<N, _>(
+            q,
+            #[inline(always)]
+            |steps| {
+                self.torques::<N>(steps, gravity, dq, None, bias);
+                self.masses::<N>(steps, mass);
+            },
+        );
+    }
+
     /// Works out the steps between frames and hands them on. Those of most arms need no memory of the heap.
     #[inline(always)]
-    fn with_steps<T>(&self, q: &[f64], work: impl FnOnce(&[Step]) -> T) -> T {
+    fn with_steps<const N: usize, T>(&self, q: &[f64], work: impl FnOnce(&[Step]) -> T) -> T {
         let n = self.bodies.len();
-        let mut few = [Step::default(); FEW];
+        let mut few = [Step::default(); N];
         let mut many = Vec::new();
         let steps = scratch(n, &mut few, &mut many);
         widest(
@@ -171,11 +265,18 @@ impl<'a> Dynamics<'a> {
 
     /// Adds the torques of a motion to `tau`; without `ddq`, those of no acceleration.
     #[inline(always)]
-    fn torques(&self, steps: &[Step], dq: &[f64], ddq: Option<&[f64]>, tau: &mut [f64]) {
+    fn torques<const N: usize>(
+        &self,
+        steps: &[Step],
+        gravity: &Vector3<f64>,
+        dq: &[f64],
+        ddq: Option<&[f64]>,
+        tau: &mut [f64],
+    ) {
         let nodes = &self.frames.nodes;
         // The base accelerates upwards in place of gravity pulling every body down.
-        let still = State { acc: -self.gravity, ..State::default() };
-        let mut few = [State::default(); FEW];
+        let still = State { acc: -gravity, ..State::default() };
+        let mut few = [State::default(); N];
         let mut many = Vec::new();
         let states = scratch(nodes.len(), &mut few, &mut many);
         for (at, ((node, step), body)) in nodes.iter().zip(steps).zip(&self.bodies).enumerate() {
@@ -194,34 +295,15 @@ impl<'a> Dynamics<'a> {
         }
     }
 
-    /// Returns the mass matrix, n × n, kg·m².
-    ///
-    /// # Errors
-    ///
-    /// [`Error::WrongLength`] or [`Error::NotFinite`].
-    ///
-    /// Source: composite rigid bodies, Featherstone §6.2, each in its own frame.
-    pub fn mass_matrix(&self, q: &[f64]) -> Result<DMatrix<f64>, Error> {
-        self.robot.check(q)?;
-        let n = self.robot.n_joints();
-        let mut mass = DMatrix::zeros(n, n);
-        self.with_steps(
-            q,
-            #[inline(always)]
-            |steps| self.masses(steps, mass.as_mut_slice()),
-        );
-        Ok(mass)
-    }
-
     /// Adds the mass matrix to `mass`, n × n.
     #[inline(always)]
-    fn masses(&self, steps: &[Step], mass: &mut [f64]) {
+    fn masses<const N: usize>(&self, steps: &[Step], mass: &mut [f64]) {
         if self.frames.is_chain && self.frames.nodes.len() <= FEW {
-            return run(Chain { dynamics: self, steps, mass });
+            return run(Chain { linkage: self, steps, mass });
         }
-        let n = self.robot.n_joints();
+        let n = self.n_joints;
         let nodes = &self.frames.nodes;
-        let mut few = [Moments::default(); FEW];
+        let mut few = [Moments::default(); N];
         let mut many = Vec::new();
         let composite = scratch(nodes.len(), &mut few, &mut many);
         composite.copy_from_slice(&self.bodies);
@@ -245,43 +327,11 @@ impl<'a> Dynamics<'a> {
             }
         }
     }
-
-    /// Returns the accelerations, rad/s², that torques `tau` (N·m) give.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::WrongLength`], [`Error::NotFinite`], or [`Error::Urdf`] when some joint carries no mass.
-    pub fn forward(&self, q: &[f64], dq: &[f64], tau: &[f64]) -> Result<DVector<f64>, Error> {
-        self.robot.check(tau)?;
-        self.robot.check(q)?;
-        self.robot.check(dq)?;
-        let n = tau.len();
-        let mut rest = DVector::zeros(n);
-        let mut few = [0.0; FEW * FEW];
-        let mut many = Vec::new();
-        let mass = scratch(n * n, &mut few, &mut many);
-        self.with_steps(
-            q,
-            #[inline(always)]
-            |steps| {
-                self.torques(steps, dq, None, rest.as_mut_slice());
-                self.masses(steps, mass);
-            },
-        );
-        for (rest, tau) in rest.iter_mut().zip(tau) {
-            *rest = tau - *rest;
-        }
-        if cholesky::solve(mass, rest.as_mut_slice()) {
-            Ok(rest)
-        } else {
-            Err(Error::Urdf { what: UrdfFault::Massless })
-        }
-    }
 }
 
 /// The mass matrix of a chain: what all joints below feel of a push crosses the next joint at once.
 struct Chain<'m> {
-    dynamics: &'m Dynamics<'m>,
+    linkage: &'m Linkage,
     steps: &'m [Step],
     mass: &'m mut [f64],
 }
@@ -291,9 +341,9 @@ impl Job for Chain<'_> {
 
     #[inline(always)]
     fn with<S: Wide>(self, simd: S) {
-        let Self { dynamics, steps, mass } = self;
-        let (nodes, bodies) = (&*dynamics.frames.nodes, &*dynamics.bodies);
-        let n = dynamics.robot.n_joints();
+        let Self { linkage, steps, mass } = self;
+        let (nodes, bodies) = (&*linkage.frames.nodes, &*linkage.bodies);
+        let n = linkage.n_joints;
         let (steps, bodies) = (&steps[..nodes.len()], &bodies[..nodes.len()]);
         let lanes = [Quad::of(simd, [0.0, 1.0, 2.0, 3.0]), Quad::of(simd, [4.0, 5.0, 6.0, 7.0])];
         let mut pushes = [Pushes::none(simd); 2];

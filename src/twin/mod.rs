@@ -98,6 +98,22 @@ struct Grip {
     force: f64,
 }
 
+impl Grip {
+    /// Returns where a jaw that is `here` (m) is aimed when it is told to go on at a speed (m/s, outwards): where it was, but
+    /// no farther than where spring and damper together press with all they may.
+    ///
+    /// Aimed at where it is, it would let go of what it presses on within one step: contacts that are gone through one after
+    /// the other do not follow that, and what was held is thrown aside by what it was pressed together.
+    fn unwound(&self, here: f64, speed: f64, servo: &GripperSettings) -> f64 {
+        if servo.kp <= 0.0 {
+            return here;
+        }
+        let [inmost, outmost] =
+            [-self.force, self.force].map(|force| here + (force - servo.kd * speed) / servo.kp);
+        self.aim.max(inmost).min(outmost)
+    }
+}
+
 /// The twin: arm, gripper, table, objects and water, at one instant and on.
 #[derive(Debug, Clone)]
 pub struct Twin {
@@ -255,12 +271,10 @@ impl Twin {
             return Err(Error::NotFinite { what: "grip".into(), time: self.time() });
         }
         let here = self.physics.jaws()[0];
-        self.grip = Grip {
-            aim: here,
-            goal: opening.clamp(0.0, self.robot.max_opening()) / 2.0,
-            speed: speed.abs() / 2.0,
-            force: force.abs(),
-        };
+        let goal = opening.clamp(0.0, self.robot.max_opening()) / 2.0;
+        let speed = speed.abs() / 2.0;
+        let aim = self.grip.unwound(here, speed.copysign(goal - here), &self.settings.gripper);
+        self.grip = Grip { aim, goal, speed, force: force.abs() };
         Ok(())
     }
 

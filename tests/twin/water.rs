@@ -183,7 +183,7 @@ fn a_shaken_jar_keeps_its_water_and_a_wild_one_throws_it_over_the_rim_only() {
         for i in 0..500 {
             let now = [pose(f64::from(i) * DT)];
             fluid.step(&now);
-            witness.look(&now, fluid.positions());
+            witness.look(&now, &fluid.positions());
         }
         assert_eq!(witness.crossings, 0, "amplitude {amplitude}");
         assert!((fluid.total() - 1.5e-4).abs() < 1e-9);
@@ -209,7 +209,7 @@ fn pour(y: f64, z: f64, degrees_per_second: f64) -> (Fluid, Witness) {
         let degrees = (degrees_per_second * i as f64 * DT).min(125.0);
         let poses = [jar_pose(degrees), cup_pose];
         fluid.step(&poses);
-        witness.look(&poses, fluid.positions());
+        witness.look(&poses, &fluid.positions());
     }
     (fluid, witness)
 }

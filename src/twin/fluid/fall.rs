@@ -20,7 +20,7 @@ impl Fluid {
     /// One step of the particles that move.
     pub(super) fn fall(&mut self) {
         let dt = self.dt;
-        for i in 0..self.phase.len() {
+        for &i in &self.loose {
             if self.phase[i] != Phase::Live {
                 continue;
             }

@@ -78,8 +78,8 @@ impl Fluid {
             }
             self.films[k].upright += self.dt;
             while self.films[k].drained < self.films[k].due() {
-                let Some(i) = self.phase.iter().position(|phase| *phase == Phase::Clinging(k))
-                else {
+                let clings = |i: &usize| self.phase[*i] == Phase::Clinging(k);
+                let Some(i) = self.loose.iter().copied().find(clings) else {
                     break;
                 };
                 let moving = &self.vessels[k];

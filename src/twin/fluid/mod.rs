@@ -93,6 +93,10 @@ struct Moving {
     slosh: Slosh,
     /// How its liquid stands, with the direction of up in the vessel's frame and the number of particles then.
     stand: (Stand, Vector3<f64>, usize),
+    /// How much of it stands above what is held at that tilt, m³.
+    above: f64,
+    /// How many particles stand in it now.
+    standing: usize,
     /// Mass, kg, and centre of mass, m, in the vessel's frame, as the vessel feels them.
     felt: (f64, Vector3<f64>),
 }
@@ -143,6 +147,8 @@ pub struct Fluid {
     rest_time: Vec<f32>,
     /// Places of clinging particles in their vessel's frame.
     ride: Vec<Vector3<f32>>,
+    /// Which particles do not stand in a vessel, in order: of those that do, all that is to know is how many.
+    loose: Vec<usize>,
 }
 
 /// A vessel to fill: what it is, where, and with how much water, m³.
@@ -193,6 +199,7 @@ impl Fluid {
             touched_table: Vec::new(),
             rest_time: Vec::new(),
             ride: Vec::new(),
+            loose: Vec::new(),
         };
         // Where along a lip the first particle leaves is chance.
         let mut rng = StdRng::seed_from_u64(seed);
@@ -229,7 +236,9 @@ impl Fluid {
             basin,
             mode: Mode::of(vessel.inside(), rim.viscosity.unwrap_or(0.0)),
             slosh: Slosh::calm(),
+            above: above(vessel, &up.cast(), n as f64 * self.volume),
             stand: (stand, up.cast(), n),
+            standing: n,
             felt: (n as f64 * self.volume * WATER_DENSITY, stand.centre),
         });
         let place = self.vessels[k].world(&stand.centre.cast());
@@ -254,12 +263,8 @@ impl Fluid {
         self.rest();
         self.stand();
         let share = (f64::from(self.dt) / FEEDBACK_TIME).min(1.0);
-        let mut counts = vec![0_usize; self.vessels.len()];
-        for k in (0..self.phase.len()).filter_map(|i| self.vessel_of(i)) {
-            counts[k] += 1;
-        }
-        for (k, n) in counts.into_iter().enumerate() {
-            let (mass, com) = self.measure(k, n);
+        for k in 0..self.vessels.len() {
+            let (mass, com) = self.measure(k, self.count_in(k));
             let felt = &mut self.vessels[k].felt;
             // Water that comes in brings its own place; the rest moves there gradually.
             felt.1 = if felt.0 > 0.0 { felt.1 + (com - felt.1) * share } else { com };
@@ -287,38 +292,19 @@ impl Fluid {
         }
     }
 
-    /// Moves what stands in vessels, or clings to them, with them.
+    /// Moves what clings to vessels with them.
     fn ride(&mut self) {
-        let moved = |moving: &Moving, place: Vector3<f32>| {
-            let place = moving.world(&place);
-            (place, moving.velocity_at(&place))
-        };
-        // All that stands in a vessel is in one place.
-        let stands: Vec<_> =
-            self.vessels.iter().map(|moving| moved(moving, moving.stand.0.centre.cast())).collect();
-        for i in 0..self.phase.len() {
-            (self.position[i], self.velocity[i]) = match self.phase[i] {
-                Phase::Standing(k) => stands[k],
-                Phase::Clinging(k) => moved(&self.vessels[k], self.ride[i]),
-                Phase::Live | Phase::Spilt | Phase::Gone => continue,
-            };
+        for &i in &self.loose {
+            let Phase::Clinging(k) = self.phase[i] else { continue };
+            let moving = &self.vessels[k];
+            self.position[i] = moving.world(&self.ride[i]);
+            self.velocity[i] = moving.velocity_at(&self.position[i]);
         }
-    }
-
-    /// Returns how many particles stand in each vessel.
-    fn standing(&self) -> Vec<usize> {
-        let mut counts = vec![0; self.vessels.len()];
-        for phase in &self.phase {
-            if let Phase::Standing(k) = phase {
-                counts[*k] += 1;
-            }
-        }
-        counts
     }
 
     /// Lets what has fallen into a vessel join what stands there.
     fn join(&mut self) {
-        for i in 0..self.phase.len() {
+        for &i in &self.loose {
             if self.phase[i] != Phase::Live || self.inside[i] == 0 {
                 continue;
             }
@@ -328,26 +314,29 @@ impl Fluid {
             let (stand, up, _) = &moving.stand;
             if up.dot(&place) < stand.height + 0.5 * f64::from(self.spacing) {
                 self.phase[i] = Phase::Standing(k);
+                self.vessels[k].standing += 1;
             }
         }
+        self.loose.retain(|&i| !matches!(self.phase[i], Phase::Standing(_)));
     }
 
     /// Finds how the liquid of each vessel stands, where something has changed.
     fn stand(&mut self) {
-        let counts = self.standing();
-        for (moving, n) in self.vessels.iter_mut().zip(counts) {
+        for moving in &mut self.vessels {
+            let n = moving.standing;
             let up = moving.now.rotation.cast::<f64>().inverse() * moving.slosh.up;
             let (before, then, had) = &moving.stand;
             if n != *had || (up - then).norm() > STILL {
                 let stand = moving.basin.stand_near(&up, n as f64 * self.volume, before.height);
                 moving.stand = (stand, up, n);
+                moving.above = above(&moving.vessel, &up, n as f64 * self.volume);
             }
         }
     }
 
     /// Lets drops that came to rest on the table stay there, and forgets what fell past it.
     fn rest(&mut self) {
-        for i in 0..self.phase.len() {
+        for &i in &self.loose {
             if self.phase[i] != Phase::Live {
                 continue;
             }
@@ -397,7 +386,8 @@ impl Fluid {
 
     /// Returns how many particles are in vessel `k`.
     fn count_in(&self, k: usize) -> usize {
-        (0..self.phase.len()).filter(|&i| self.vessel_of(i) == Some(k)).count()
+        let loose = self.loose.iter().filter(|&&i| self.vessel_of(i) == Some(k));
+        self.vessels[k].standing + loose.count()
     }
 
     /// Returns the centre of mass of the water in vessel `k`, m, in its frame, if there is any.
@@ -411,7 +401,7 @@ impl Fluid {
         let lost = |i: &usize| {
             self.inside[*i] == 0 && (self.touched_table[*i] || self.phase[*i] == Phase::Gone)
         };
-        (0..self.phase.len()).filter(lost).count() as f64 * self.volume
+        self.loose.iter().filter(|i| lost(i)).count() as f64 * self.volume
     }
 
     /// Returns the volume of all water, m³.
@@ -420,19 +410,30 @@ impl Fluid {
     }
 
     /// Returns the particles' centres in the world, m; where one stands in a vessel, the middle of all that does.
-    pub fn positions(&self) -> &[Vector3<f32>] {
-        &self.position
+    pub fn positions(&self) -> Vec<Vector3<f32>> {
+        let middle = |moving: &Moving| moving.world(&moving.stand.0.centre.cast());
+        let middles: Vec<_> = self.vessels.iter().map(middle).collect();
+        let places = self.position.iter().zip(&self.phase);
+        places
+            .map(|(place, phase)| match phase {
+                Phase::Standing(k) => middles[*k],
+                _ => *place,
+            })
+            .collect()
     }
 
     /// Returns the centres of the particles that stand in no vessel, m.
     pub fn free(&self) -> Vec<Vector3<f32>> {
-        let is_free = |phase: &Phase| !matches!(phase, Phase::Standing(_));
-        let places = self.position.iter().zip(&self.phase);
-        places.filter(|(_, phase)| is_free(phase)).map(|(place, _)| *place).collect()
+        self.loose.iter().map(|&i| self.position[i]).collect()
     }
 
     /// Returns the radius of the ball whose volume one particle carries, m.
     pub fn radius(&self) -> f64 {
         (3.0 * self.volume / (4.0 * std::f64::consts::PI)).cbrt()
     }
+}
+
+/// Returns how much of a volume (m³) in a vessel stands above what it holds at a tilt, whose up is in its frame, m³.
+fn above(vessel: &Vessel, up: &Vector3<f64>, volume: f64) -> f64 {
+    volume - vessel.hold().at(up.angle(&Vector3::z()))
 }

@@ -60,9 +60,8 @@ impl Lip {
 impl Fluid {
     /// Lets liquid leave over its lip, and full vessels run over.
     pub(super) fn let_go(&mut self) {
-        // What leaves one vessel stands in none, so no vessel holds more than before.
-        let counts = self.standing();
-        for (k, n) in counts.into_iter().enumerate() {
+        for k in 0..self.vessels.len() {
+            let n = self.vessels[k].standing;
             self.flow_out(k);
             if n > self.lips[k].most {
                 self.run_over(k);
@@ -78,13 +77,13 @@ impl Fluid {
     /// Lets as many particles leave as the laws of a weir and of a falling sheet say, one after the other.
     fn flow_out(&mut self, k: usize) {
         let moving = &self.vessels[k];
-        let (_, up, standing) = moving.stand;
-        let tilt = up.angle(&Vector3::z());
-        let hold = moving.vessel.hold();
-        let above = standing as f64 * self.volume - hold.at(tilt);
+        let above = moving.above;
         if above <= 0.0 {
             return;
         }
+        let (_, up, _) = moving.stand;
+        let tilt = up.angle(&Vector3::z());
+        let hold = moving.vessel.hold();
         let pace = above / hold.outflow(tilt, above) + hold.lag(self.lips[k].thick, tilt, above);
         let leaves = above * (1.0 - (-f64::from(self.dt) / pace).exp());
         let speed = hold.sheet_speed(tilt, above, leaves / f64::from(self.dt)).min(TOP_SPEED);
@@ -102,8 +101,7 @@ impl Fluid {
 
     /// Lets go of what a vessel holds beyond its brim.
     fn run_over(&mut self, k: usize) {
-        let standing = self.phase.iter().filter(|phase| **phase == Phase::Standing(k)).count();
-        for _ in self.lips[k].most..standing {
+        for _ in self.lips[k].most..self.vessels[k].standing {
             let Some(i) = self.one_in(k) else { break };
             let turn = std::f32::consts::TAU * self.lips[k].next();
             let moving = &self.vessels[k];
@@ -125,6 +123,9 @@ impl Fluid {
         let others = self.vessels.iter().enumerate().filter(|(other, _)| *other != k);
         self.inside[i] = others.filter(into).fold(0, |bits, (other, _)| bits | 1 << other);
         self.phase[i] = Phase::Live;
+        self.vessels[k].standing -= 1;
+        let before = self.loose.partition_point(|&loose| loose < i);
+        self.loose.insert(before, i);
         self.wet(i, k);
     }
 }

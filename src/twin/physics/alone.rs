@@ -1,24 +1,25 @@
 //! The arm where nothing can touch it: moved by its own equations of motion, in place of the engine's.
 //!
 //! The engine works out mass matrix and constraints of any tree of bodies, in matrices of any size; that is most of a step.
-//! Here the same is done for a tree of few joints about one point: the mass matrix by composite bodies, what speed and weight ask
-//! for by Newton and Euler, and then what motors, the ends of joints, dry friction and what couples the jaws do, row by row as the
+//! Here the same is done for a tree of few joints: the mass matrix by composite bodies, what speed and weight ask for by Newton
+//! and Euler (`equations.rs`), and then what motors, the ends of joints, dry friction and what couples the jaws do, row by row as the
 //! engine goes through them. Joints are the engine's and are left as it would leave them, so that either may take the next step.
 //!
 //! It is for the arm alone, and for one thing that both jaws press on (`held.rs`): while any other moves, or is near them, the
 //! engine takes the step.
 //!
-//! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2; Mirtich, *Impulse-based Dynamic
-//! Simulation*, 1996, on what two things cannot have gone towards each other since they were last looked at.
+//! Source: Mirtich, *Impulse-based Dynamic Simulation*, 1996, on what two things cannot have gone towards each other since
+//! they were last looked at.
 
 use nalgebra::{Isometry3, Vector3};
 use rapier3d_f64::dynamics::{RigidBodyHandle, SpringCoefficients};
 use rapier3d_f64::geometry::Aabb;
 
-use super::equations::{Equations, MOST, Twist, factor, solve};
+use super::equations::{Equations, MOST, Twist, axes};
 use super::held::{Held, Speeds};
 use super::stick::Pulls;
 use super::{Physics, Tree};
+use crate::motion::dynamics::{factor, solve_with};
 use crate::motion::robot::Motion;
 use crate::twin::convert::{pose_from_engine, pose_to_engine, to_engine};
 
@@ -206,28 +207,32 @@ impl Physics {
         let n = self.tree.bodies.len() - 1;
         let (turns, joints) = self.turns();
         let weight = self.links.get(1).map_or(0.0, |link| self.bodies[*link].gravity_scale());
-        let equations = Equations::new(&self.tree, &(self.gravity * weight), poses, &joints);
-        let Equations { mut mass, bias, axes } = equations;
+        let falls = poses[0].rotation.inverse() * (self.gravity * weight);
+        let places = turns.map(|turn| turn.at);
+        let Equations { mut mass, bias } = Equations::new(&self.tree, &falls, &places, &joints);
+        let mass = &mut mass[..n * n];
         let mut change = [0.0; MOST];
         for k in 0..n {
             let Turn { at, spring: (stiff, rest), damping, armature, .. } = turns[k];
-            mass[k][k] += armature + dt * (damping + dt * stiff);
+            mass[k * n + k] += armature + dt * (damping + dt * stiff);
             let force = stiff * (rest - at - dt * joints[k]) - damping * joints[k];
             change[k] = dt * (force - bias[k]);
         }
-        factor(&mut mass, n);
-        solve(&mass, n, &mut change);
+        // What has masses and rotors is always positive definite; what has not moves by NaN, and the step says so.
+        factor(mass, n);
+        solve_with(mass, &mut change[..n]);
         let mut speeds = Speeds { joints, thing: Twist::default() };
         for (speed, change) in speeds.joints.iter_mut().zip(change) {
             *speed += change;
         }
-        let mut rows = self.rows(&turns, &mass);
+        let mut rows = self.rows(&turns, mass);
         let mut held = self.alone.held.take();
         let mut contacts = held.as_mut().map(|held| {
             self.find(held, poses);
             let (thing, speed) = self.thing(held);
             speeds.thing = thing.falls(&speed, &self.gravity, dt);
-            let contacts = self.contacts(held, &thing, poses, &axes, &mass, pulls);
+            let axes = axes(&self.tree, poses);
+            let contacts = self.contacts(held, &thing, poses, &axes, mass, pulls);
             contacts.warm(&mut speeds);
             (thing, contacts)
         });
@@ -288,7 +293,7 @@ impl Physics {
     }
 
     /// Returns what is gone through row by row: motors, ends and dry friction of all joints, and what couples the jaws.
-    fn rows(&self, turns: &[Turn; MOST], mass: &[[f64; MOST]; MOST]) -> Vec<Row> {
+    fn rows(&self, turns: &[Turn; MOST], mass: &[f64]) -> Vec<Row> {
         let (dt, n) = (self.parameters.dt, self.tree.bodies.len() - 1);
         let softness = SpringCoefficients::<f64>::joint_defaults();
         let (make_up, soft) = (softness.erp_inv_dt(dt), softness.cfm_coeff(dt));
@@ -298,7 +303,7 @@ impl Physics {
             if let Some(less) = less {
                 gives[less] = -1.0;
             }
-            solve(mass, n, &mut gives);
+            solve_with(mass, &mut gives[..n]);
             let own = gives[joint] - less.map_or(0.0, |less| gives[less]);
             let gain = own * soft + gain;
             let (missing, bounds) = ([0.0; 2], [-f64::MAX, f64::MAX]);

@@ -19,9 +19,10 @@ use rapier3d_f64::parry::query::{
 use rapier3d_f64::utils::OrthonormalBasis;
 
 use super::alone::between;
-use super::equations::{MOST, Twist, solve};
+use super::equations::{MOST, Twist};
 use super::stick::Pulls;
 use super::{PRESSES, Physics, TOUCH};
+use crate::motion::dynamics::solve_with;
 use crate::twin::convert::{from_engine, pose_from_engine, pose_to_engine, to_engine};
 
 /// What is farther than this from what is held does not reach it in a step, m: it would have to come at half a metre a second.
@@ -320,7 +321,7 @@ impl Physics {
         thing: &Thing,
         poses: &[Isometry3<f64>],
         axes: &[Twist; MOST],
-        mass: &[[f64; MOST]; MOST],
+        mass: &[f64],
         pulls: &Pulls,
     ) -> Contacts {
         let dt = self.parameters.dt;
@@ -344,7 +345,7 @@ impl Physics {
                     body = self.tree.bodies[body].parent.unwrap_or(0);
                 }
                 let mut gives = ways;
-                solve(mass, self.tree.bodies.len() - 1, &mut gives);
+                solve_with(mass, &mut gives[..self.tree.bodies.len() - 1]);
                 let moves = along * -sign;
                 let turns = (at - thing.centre).cross(&moves);
                 let felt = Twist { turns, moves };

@@ -8,6 +8,7 @@ use nalgebra::Isometry3;
 
 use super::super::{Error, Unfit};
 use crate::motion::Inertial;
+use crate::motion::dynamics::Linkage;
 use crate::motion::robot::{Drive, Joint, Link, Motion, Robot};
 
 /// A rigid piece of the arm: one or more links welded together.
@@ -36,6 +37,8 @@ pub struct Tree {
     pub hand: Vec<usize>,
     /// The body and the pose in it of each link of the robot.
     pub links: Vec<(usize, Isometry3<f64>)>,
+    /// The same as motion reckons with it, joints by the bodies they move: the base is none.
+    pub(super) linkage: Linkage,
 }
 
 impl Tree {
@@ -86,7 +89,15 @@ impl Tree {
                 hand.push(at);
             }
         }
-        Ok(Self { bodies, arm, jaws, hand, links })
+        let mut driven = robot.links().to_vec();
+        for (link, &(body, _)) in driven.iter_mut().zip(&links) {
+            if moves(link) && link.parent.is_some() {
+                let index = body - 1;
+                link.joint.drive = Drive::Joint { index, multiplier: 1.0, offset: 0.0 };
+            }
+        }
+        let linkage = Linkage::of(&driven, robot.max_opening(), bodies.len() - 1);
+        Ok(Self { bodies, arm, jaws, hand, links, linkage })
     }
 }
 
