@@ -64,9 +64,11 @@ pub mod fluid;
 pub mod effect;
 mod error;
 pub mod basin;
+mod grip;
 pub mod hold;
 mod person;
 pub mod render;
+mod sensing;
 mod settings;
 
 use std::sync::{Arc, OnceLock};
@@ -80,39 +82,11 @@ pub use person::Person;
 pub use settings::{ArmSettings, FrictionSettings, GripperSettings, Settings};
 
 use crate::motion::Robot;
-use crate::motion::dynamics::{Bodies, Dynamics};
 use crate::world::{ObjectState, Pose, Scene, Unknown, WorldState};
 use fluid::{Filling, Vessel};
+use grip::Grip;
 use physics::{Part, Physics};
-
-/// Where the jaws are going.
-#[derive(Debug, Clone, Copy)]
-struct Grip {
-    /// Where each jaw is aimed now, m from the middle.
-    aim: f64,
-    /// Where each jaw should come to, m from the middle.
-    goal: f64,
-    /// How fast each jaw goes there, m/s.
-    speed: f64,
-    /// Largest force of each jaw, N.
-    force: f64,
-}
-
-impl Grip {
-    /// Returns where a jaw that is `here` (m) is aimed when it is told to go on at a speed (m/s, outwards): where it was, but
-    /// no farther than where spring and damper together press with all they may.
-    ///
-    /// Aimed at where it is, it would let go of what it presses on within one step: contacts that are gone through one after
-    /// the other do not follow that, and what was held is thrown aside by what it was pressed together.
-    fn unwound(&self, here: f64, speed: f64, servo: &GripperSettings) -> f64 {
-        if servo.kp <= 0.0 {
-            return here;
-        }
-        let [inmost, outmost] =
-            [-self.force, self.force].map(|force| here + (force - servo.kd * speed) / servo.kp);
-        self.aim.max(inmost).min(outmost)
-    }
-}
+use sensing::Load;
 
 /// The twin: arm, gripper, table, objects and water, at one instant and on.
 #[derive(Debug, Clone)]
@@ -141,15 +115,6 @@ pub struct Twin {
     /// Who may take what is held out, and what somebody pulls with now, N at a place in the world, m.
     person: Option<Person>,
     pulled: Option<(Vector3<f64>, Vector3<f64>)>,
-}
-
-/// What it takes to carry and accelerate links, gripper and the held object with its water, N·m, base first.
-#[derive(Debug, Clone)]
-struct Load {
-    /// With the acceleration of the last step.
-    now: Vec<f64>,
-    /// With the acceleration that the speeds of every other step say.
-    every_other: Vec<f64>,
 }
 
 /// A twin at one instant, to return to.
@@ -260,24 +225,6 @@ impl Twin {
         Ok(())
     }
 
-    /// Sends the jaws to an opening (m between the pads) at a speed of the opening (m/s), each pressing
-    /// with at most `force` N on what is in the way.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::NotFinite`]; the order before stays in force then.
-    pub fn grip(&mut self, opening: f64, speed: f64, force: f64) -> Result<(), Error> {
-        if ![opening, speed, force].iter().all(|value| value.is_finite()) {
-            return Err(Error::NotFinite { what: "grip".into(), time: self.time() });
-        }
-        let here = self.physics.jaws()[0];
-        let goal = opening.clamp(0.0, self.robot.max_opening()) / 2.0;
-        let speed = speed.abs() / 2.0;
-        let aim = self.grip.unwound(here, speed.copysign(goal - here), &self.settings.gripper);
-        self.grip = Grip { aim, goal, speed, force: force.abs() };
-        Ok(())
-    }
-
     /// Advances the twin by one time step.
     ///
     /// # Errors
@@ -295,11 +242,7 @@ impl Twin {
         }
         self.physics.aim_arm(&aim, &speed, &self.settings);
 
-        let left = self.grip.goal - self.grip.aim;
-        let stride = if self.grip.speed > 0.0 { self.grip.speed * dt } else { f64::INFINITY };
-        let move_by = left.clamp(-stride, stride);
-        self.grip.aim += move_by;
-        let jaw_speed = if stride.is_finite() { move_by / dt } else { 0.0 };
+        let jaw_speed = self.grip.step(dt);
         self.physics.aim_jaws(self.grip.aim, jaw_speed, self.grip.force, &self.settings);
 
         self.meet_person();
@@ -404,97 +347,6 @@ impl Twin {
     /// Returns the joint speeds, base first, rad/s.
     pub fn dq(&self) -> Vec<f64> {
         self.physics.dq()
-    }
-
-    /// Returns what the joints' encoders say, base first, rad: the angles on the motors' side.
-    pub fn encoders(&self) -> Vec<f64> {
-        let mut q = self.q();
-        let tau = &self.load().now;
-        for (i, q) in q.iter_mut().enumerate() {
-            *q += self.settings.arm.compliance[i] * tau[i];
-        }
-        q
-    }
-
-    /// Returns what torque sensors in the joints say, base first, N·m: what it takes to carry and
-    /// accelerate links, gripper and the held object with its water.
-    ///
-    /// Positive as the joint turns. Contacts other than the grasp are not in it.
-    pub fn torques(&self) -> Vec<f64> {
-        self.load().now.clone()
-    }
-
-    /// Returns the same as sensors feel it that look at every other step, N·m: with the acceleration that the speeds of
-    /// every other step say, brought to now by their second differences.
-    ///
-    /// A servo that is told where to be every other step pushes harder in one than in the other, in proportion to the
-    /// speed; who looks at one step alone takes that for friction. A mean over two would be late by two milliseconds.
-    pub fn torques_sensed(&self) -> Vec<f64> {
-        self.with_pushes(self.load().every_other.clone())
-    }
-
-    /// Returns what ideal torque sensors say, N·m: as [`Self::torques`], and what pushes on the hand or on what it holds.
-    /// What touches the arm elsewhere is not felt.
-    pub fn torques_felt(&self) -> Vec<f64> {
-        self.with_pushes(self.torques())
-    }
-
-    fn with_pushes(&self, mut tau: Vec<f64>) -> Vec<f64> {
-        let mut pushes = self.physics.pushes(self.payload(), self.settings.dt);
-        pushes.extend(self.pulled);
-        if pushes.is_empty() {
-            return tau;
-        }
-        let q = self.q();
-        let (Ok(jacobian), Ok(tip)) = (self.robot.jacobian(&q), self.robot.forward(&q)) else {
-            return tau;
-        };
-        let base_from_world = self.scene.world_from_base.inverse();
-        for (point, force) in pushes {
-            let at = base_from_world.isometry() * nalgebra::Point3::from(point);
-            let force = base_from_world.rotation() * force;
-            let moment = (at.coords - tip.origin()).cross(&force);
-            for (joint, tau) in tau.iter_mut().enumerate() {
-                let column = jacobian.column(joint);
-                let moves = Vector3::new(column[0], column[1], column[2]);
-                let turns = Vector3::new(column[3], column[4], column[5]);
-                *tau -= moves.dot(&force) + turns.dot(&moment);
-            }
-        }
-        tau
-    }
-
-    /// What the hand carries: of what it holds, not the tray of a drawer, which its case carries.
-    fn payload(&self) -> Option<usize> {
-        self.held_index()
-            .filter(|&held| self.scene.drawer(&self.scene.objects[held].name).is_none())
-    }
-
-    /// Returns what the joints carry now: worked out once an instant, since servo, encoders and sensors all ask.
-    fn load(&self) -> &Load {
-        self.load.get_or_init(|| {
-            let gravity = self.scene.world_from_base.rotation().inverse() * self.settings.gravity;
-            let mut arm = Dynamics::at_opening(&self.robot, Bodies::All, self.opening())
-                .with_gravity(gravity);
-            if let Some(object) = self.payload()
-                && let Some(inertial) = self.physics.object_inertia(object)
-                && let Some(pose) = self.physics.object_pose(object)
-            {
-                let tip_from_object = self.physics.link_pose(self.robot.tip()).inverse() * pose;
-                arm = arm.with_payload(inertial.seen_from(&tip_from_object));
-            }
-            let (q, (dq, ddq)) = (self.q(), &self.motion);
-            // Only joints that are nowhere have no torques; the step that brought them there said so.
-            let at = |ddq: &[f64]| {
-                let tau = arm.inverse(&q, dq, ddq);
-                tau.map_or_else(|_| vec![f64::NAN; dq.len()], |tau| tau.as_slice().to_vec())
-            };
-            let [_, two, _, four] = &self.earlier;
-            let span = 4.0 * self.settings.dt;
-            let speeds = dq.iter().zip(two).zip(four);
-            let sensed = speeds.map(|((now, two), four)| (3.0 * now - 4.0 * two + four) / span);
-            Load { now: at(ddq), every_other: at(&sensed.collect::<Vec<f64>>()) }
-        })
     }
 
     /// Returns the opening between the pads, m.
