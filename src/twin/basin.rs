@@ -27,6 +27,33 @@ pub struct Basin {
     column: f64,
     floor: f64,
     rim: f64,
+    /// What the feet add up to, where all columns are as high.
+    feet: Option<Feet>,
+}
+
+/// How many feet there are, and what their places and the products of those add up to, m and m².
+#[derive(Debug, Clone, Copy)]
+struct Feet {
+    n: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl Feet {
+    fn of(feet: &[[f64; 2]]) -> Self {
+        let sum = |of: fn(f64, f64) -> f64| feet.iter().map(|&[x, y]| of(x, y)).sum();
+        Self {
+            n: feet.len() as f64,
+            x: sum(|x, _| x),
+            y: sum(|_, y| y),
+            xx: sum(|x, _| x * x),
+            xy: sum(|x, y| x * y),
+            yy: sum(|_, y| y * y),
+        }
+    }
 }
 
 /// Four columns, worked out at once.
@@ -118,7 +145,9 @@ impl Basin {
         let columns = columns.collect();
         let rows = feet.chunk_by(|[_, a], [_, b]| a.total_cmp(b).is_eq());
         let ends = rows.flat_map(|row| [row.first(), row.last()]).flatten().copied().collect();
-        Self { columns, ends, column, floor: wall, rim }
+        let is_straight = !matches!(outside, Shape::Lathe { .. });
+        let feet = is_straight.then(|| Feet::of(&feet));
+        Self { columns, ends, column, floor: wall, rim, feet }
     }
 
     /// Returns how `volume` m³ stand when `up` (unit) is up. More than it holds fills it.
@@ -128,6 +157,9 @@ impl Basin {
 
     /// As [`Self::stand`], quicker where the surface is near a height (m along `up`), as it is a moment after it was there.
     pub fn stand_near(&self, up: &Vector3<f64>, volume: f64, near: f64) -> Stand {
+        if let Some(stand) = self.stand_at_walls(up, volume) {
+            return stand;
+        }
         let z = if up.z.abs() < LEVEL { LEVEL.copysign(up.z) } else { up.z };
         let [x, y, per_z] = [up.x, up.y, 1.0 / z].map(f64x4::splat);
         let level = Level { x, y, per_z, is_upright: z > 0.0 };
@@ -175,6 +207,28 @@ impl Basin {
         let sum = Vector3::from(sum.map(f64x4::reduce_add));
         let centre = if held > 0.0 { sum / held } else { Vector3::z() * self.floor };
         Stand { height, centre }
+    }
+
+    /// As [`Self::stand`] where all columns are as high and the surface meets neither floor nor rim: each is as wet as where it
+    /// stands says, and what they add up to is known.
+    fn stand_at_walls(&self, up: &Vector3<f64>, volume: f64) -> Option<Stand> {
+        let feet = self.feet.filter(|_| volume > 0.0 && up.z > LEVEL)?;
+        let (held, a, b) = (volume / self.column, -up.x / up.z, -up.y / up.z);
+        // A column at (x, y) is wet by `wet + a x + b y`.
+        let wet = (held - a * feet.x - b * feet.y) / feet.n;
+        let (room, mut inside) = (self.rim - self.floor, self.ends.iter());
+        if !inside.all(|[x, y]| (0.0..=room).contains(&(wet + a * x + b * y))) {
+            return None;
+        }
+        let aside = a * feet.x + b * feet.y;
+        let x = wet * feet.x + a * feet.xx + b * feet.xy;
+        let y = wet * feet.y + a * feet.xy + b * feet.yy;
+        let squares = wet * (feet.n * wet + 2.0 * aside)
+            + a * (a * feet.xx + 2.0 * b * feet.xy)
+            + b * b * feet.yy;
+        let height = (self.floor + wet) * up.z;
+        let centre = Vector3::new(x / held, y / held, self.floor + 0.5 * squares / held);
+        Some(Stand { height, centre })
     }
 }
 
@@ -231,5 +285,26 @@ mod tests {
         let full = Basin::new(&Shape::Cylinder { radius: 0.04, height: 0.1 }, 0.002);
         let stand = full.stand(&Vector3::z(), 1.0);
         assert!((stand.height - 0.1).abs() < 1e-6, "{stand:?}");
+    }
+
+    #[test]
+    fn what_meets_the_walls_alone_stands_as_the_columns_say() {
+        let mut counted = 0;
+        for shape in [
+            Shape::Cuboid { size: Vector3::new(0.066, 0.05, 0.143) },
+            Shape::Cylinder { radius: 0.04, height: 0.1 },
+        ] {
+            let quick = Basin::new(&shape, 0.003);
+            let slow = Basin { feet: None, ..quick.clone() };
+            for k in 0..60 {
+                let (tilt, way) = (0.02 * f64::from(k), 0.7 * f64::from(k));
+                let up = Vector3::new(tilt.sin() * way.cos(), tilt.sin() * way.sin(), tilt.cos());
+                counted += usize::from(quick.stand_at_walls(&up, 1.1e-4).is_some());
+                let (a, b) = (quick.stand(&up, 1.1e-4), slow.stand(&up, 1.1e-4));
+                assert!((a.height - b.height).abs() < 1e-8, "{tilt} rad: {a:?} {b:?}");
+                assert!((a.centre - b.centre).norm() < 1e-8, "{tilt} rad: {a:?} {b:?}");
+            }
+        }
+        assert!((20..120).contains(&counted), "{counted}");
     }
 }
