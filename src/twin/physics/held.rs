@@ -18,11 +18,10 @@ use rapier3d_f64::parry::query::{
 };
 use rapier3d_f64::utils::OrthonormalBasis;
 
-use super::Physics;
 use super::alone::between;
 use super::equations::{MOST, Twist};
 use super::stick::Pulls;
-use super::touch::{PRESSES, TOUCH};
+use super::{PRESSES, Physics, TOUCH};
 use crate::motion::dynamics::solve_with;
 use crate::twin::convert::{from_engine, pose_from_engine, pose_to_engine, to_engine};
 

@@ -29,13 +29,19 @@ use rapier3d_f64::pipeline::PhysicsPipeline;
 
 use alone::Alone;
 use stick::Stuck;
-pub use touch::Part;
 pub use tree::{Body, Tree};
 
 use super::convert::{from_engine, inertia_to_engine, pose_from_engine, to_engine};
 use super::{Error, Settings};
 use crate::motion::{Inertial, Robot};
 use crate::world::{Scene, WorldState};
+
+/// Two surfaces closer than this touch, m: the compression of a contact at rest is below 0.1 mm.
+const TOUCH: f64 = 5e-4;
+
+/// A jaw presses on what it touches at less than 60 deg from the way it closes, as a cosine: on a pad it is none, on the
+/// side of a finger 90.
+const PRESSES: f64 = 0.5;
 
 /// Water whose mass changes by less than this share, and whose centre by less than so many metres, is the same.
 const SAME: f64 = 1e-6;
@@ -320,6 +326,17 @@ impl Physics {
         body.set_body_type(RigidBodyType::Fixed, true);
         body.set_translation(to_engine(&to), true);
     }
+}
+
+/// Something that can be touched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// A body of the arm, in [`Tree::bodies`].
+    Body(usize),
+    /// An object, in the scene's order.
+    Object(usize),
+    /// The table.
+    Table,
 }
 
 #[cfg(test)]

@@ -7,26 +7,8 @@ use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::geometry::{Collider, ColliderHandle, NEW_CONTACT_BIT};
 use rapier3d_f64::utils::OrthonormalBasis;
 
-use super::Physics;
+use super::{PRESSES, Part, Physics, TOUCH};
 use crate::twin::convert::{from_engine, pose_from_engine};
-
-/// Two surfaces closer than this touch, m: the compression of a contact at rest is below 0.1 mm.
-pub(super) const TOUCH: f64 = 5e-4;
-
-/// A jaw presses on what it touches at less than 60 deg from the way it closes, as a cosine: on a pad it is none, on the
-/// side of a finger 90.
-pub(super) const PRESSES: f64 = 0.5;
-
-/// Something that can be touched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
-    /// A body of the arm, in [`Tree::bodies`].
-    Body(usize),
-    /// An object, in the scene's order.
-    Object(usize),
-    /// The table.
-    Table,
-}
 
 impl Physics {
     /// Returns whether two bodies touch.
