@@ -23,22 +23,24 @@ impl At {
     }
 }
 
-/// One stretch of a curve.
-#[derive(Debug, Clone, PartialEq)]
-enum Piece {
+/// What a stretch of a curve is, by where its numbers begin, one list of all joints after the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Piece {
     /// From one point straight to another.
-    Line { from: Vec<f64>, to: Vec<f64> },
+    Line(usize),
     /// A corner rounded by a Bézier curve of degree 5 whose ends are straight: control points `from`,
-    /// half-way to the corner, twice the corner, half-way on, `to`.
-    Corner { from: Vec<f64>, corner: Vec<f64>, to: Vec<f64> },
-    /// A cubic by its end points and slopes.
-    Cubic { from: Vec<f64>, to: Vec<f64>, slope_from: Vec<f64>, slope_to: Vec<f64> },
+    /// half-way to the corner, twice the corner, half-way on, `to`. Its numbers: `from`, the corner, `to`.
+    Corner(usize),
+    /// A cubic by its end points and slopes: `from`, the slope there, `to`, the slope there.
+    Cubic(usize),
 }
 
 /// A curve, constant.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Curve {
+    joints: usize,
     pieces: Vec<Piece>,
+    numbers: Vec<f64>,
     /// Where each piece begins, and where the last ends.
     knots: Vec<f64>,
 }
@@ -47,13 +49,8 @@ impl Curve {
     /// Returns the polyline through `corners` with corner `i` cut `cuts[i]` rad before and after it; ends
     /// have no cut. Neighbouring corners must differ.
     pub(super) fn rounded(corners: &[Vec<f64>], cuts: &[f64]) -> Self {
-        let mut pieces = Vec::new();
-        let mut knots = vec![0.0];
-        let mut push = |piece, size: f64| {
-            pieces.push(piece);
-            let last = *knots.last().expect("it begins with one");
-            knots.push(last + size);
-        };
+        let joints = corners[0].len();
+        let mut curve = Self { joints, pieces: Vec::new(), numbers: Vec::new(), knots: vec![0.0] };
         let mut at = corners[0].clone();
         for i in 1..corners.len() {
             let (before, corner) = (&corners[i - 1], &corners[i]);
@@ -62,19 +59,26 @@ impl Curve {
             let to = if cut > 0.0 { mix(corner, before, cut / edge) } else { corner.clone() };
             let straight = l2(&at, &to);
             if straight > 1e-12 {
-                push(Piece::Line { from: at, to: to.clone() }, straight);
+                curve.push(Piece::Line, &[&at, &to], straight);
             }
             at = to;
             if cut > 0.0 {
                 let next = mix(corner, &corners[i + 1], cut / l2(corner, &corners[i + 1]));
                 // At its ends the Bézier curve moves 5/2 of the cut per unit of its own parameter: with
                 // this length `s` runs at unit speed there, as on the straight edges.
-                let piece = Piece::Corner { from: at, corner: corner.clone(), to: next.clone() };
-                push(piece, 2.5 * cut);
+                curve.push(Piece::Corner, &[&at, corner, &next], 2.5 * cut);
                 at = next;
             }
         }
-        Self { pieces, knots }
+        curve
+    }
+
+    fn push(&mut self, piece: fn(usize) -> Piece, lists: &[&[f64]], size: f64) {
+        self.pieces.push(piece(self.numbers.len()));
+        for list in lists {
+            self.numbers.extend_from_slice(list);
+        }
+        self.knots.push(self.length() + size);
     }
 
     /// Returns the cubic spline with two continuous derivatives through `points` at parameters `knots`,
@@ -84,35 +88,36 @@ impl Curve {
     pub(super) fn spline(knots: &[f64], points: &[Vec<f64>], ends: [&[f64]; 2]) -> Self {
         let (n, dof) = (points.len(), points[0].len());
         let h: Vec<f64> = knots.windows(2).map(|k| k[1] - k[0]).collect();
-        let mut slopes = vec![vec![0.0; dof]; n];
-        slopes[0] = ends[0].to_vec();
-        slopes[n - 1] = ends[1].to_vec();
+        // Points and slopes in turn.
+        let mut numbers = Vec::with_capacity(2 * n * dof);
+        for point in points {
+            numbers.extend_from_slice(point);
+            numbers.resize(numbers.len() + dof, 0.0);
+        }
+        let slope = |i: usize, j: usize| (2 * i + 1) * dof + j;
+        let last = slope(n - 1, 0);
+        numbers[dof..2 * dof].copy_from_slice(ends[0]);
+        numbers[last..].copy_from_slice(ends[1]);
         // Tridiagonal: h_i m_{i-1} + 2 (h_{i-1} + h_i) m_i + h_{i-1} m_{i+1} = right-hand side.
         let mut upper = vec![0.0; n];
-        for j in 0..dof {
-            let secant = |i: usize| (points[i + 1][j] - points[i][j]) / h[i];
-            upper[0] = 0.0;
-            for i in 1..n - 1 {
+        for i in 1..n - 1 {
+            let pivot = 2.0 * (h[i - 1] + h[i]) - h[i] * upper[i - 1];
+            upper[i] = h[i - 1] / pivot;
+            for j in 0..dof {
+                let secant = |i: usize| (points[i + 1][j] - points[i][j]) / h[i];
                 let right = 3.0 * (h[i] * secant(i - 1) + h[i - 1] * secant(i));
-                let right = if i + 2 == n { right - h[i - 1] * slopes[n - 1][j] } else { right };
-                let pivot = 2.0 * (h[i - 1] + h[i]) - h[i] * upper[i - 1];
-                upper[i] = h[i - 1] / pivot;
-                slopes[i][j] = (right - h[i] * slopes[i - 1][j]) / pivot;
-            }
-            for i in (1..n.saturating_sub(2)).rev() {
-                let next = slopes[i + 1][j];
-                slopes[i][j] -= upper[i] * next;
+                let right = if i + 2 == n { right - h[i - 1] * ends[1][j] } else { right };
+                numbers[slope(i, j)] = (right - h[i] * numbers[slope(i - 1, j)]) / pivot;
             }
         }
-        let pieces = (0..n - 1)
-            .map(|i| Piece::Cubic {
-                from: points[i].clone(),
-                to: points[i + 1].clone(),
-                slope_from: slopes[i].clone(),
-                slope_to: slopes[i + 1].clone(),
-            })
-            .collect();
-        Self { pieces, knots: knots.to_vec() }
+        for i in (1..n.saturating_sub(2)).rev() {
+            for j in 0..dof {
+                let next = numbers[slope(i + 1, j)];
+                numbers[slope(i, j)] -= upper[i] * next;
+            }
+        }
+        let pieces = (0..n - 1).map(|i| Piece::Cubic(2 * i * dof)).collect();
+        Self { joints: dof, pieces, numbers, knots: knots.to_vec() }
     }
 
     /// Returns the spline through `points` by chord length, its end slopes those of parabolas.
@@ -152,16 +157,35 @@ impl Curve {
         &self.knots
     }
 
+    /// Returns the stretches, in order.
+    pub(super) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// Returns lists of all joints, from where the numbers of a stretch begin.
+    #[inline]
+    pub(super) fn lists<const N: usize>(&self, begin: usize) -> [&[f64]; N] {
+        let n = self.joints;
+        std::array::from_fn(|k| &self.numbers[begin + k * n..begin + (k + 1) * n])
+    }
+
     /// Returns whether a stretch is straight.
     pub(super) fn is_straight(&self, piece: usize) -> bool {
-        matches!(self.pieces[piece], Piece::Line { .. })
+        matches!(self.pieces[piece], Piece::Line(_))
     }
 
     /// Returns the end point itself, free of rounding.
     pub(super) fn end(&self) -> &[f64] {
-        match self.pieces.last().expect("a curve has a piece") {
-            Piece::Line { to, .. } | Piece::Corner { to, .. } | Piece::Cubic { to, .. } => to,
-        }
+        self.to(self.pieces.len() - 1)
+    }
+
+    /// Returns the point at which a stretch ends.
+    fn to(&self, piece: usize) -> &[f64] {
+        let [to] = match self.pieces[piece] {
+            Piece::Line(at) => self.lists(at + self.joints),
+            Piece::Corner(at) | Piece::Cubic(at) => self.lists(at + 2 * self.joints),
+        };
+        to
     }
 
     /// Evaluates the curve at `s`, clamped to its ends.
@@ -192,24 +216,26 @@ impl Curve {
     fn place_on(&self, piece: usize, s: f64, out: &mut [f64]) {
         let u = self.share(piece, s);
         let h = self.knots[piece + 1] - self.knots[piece];
-        match &self.pieces[piece] {
-            Piece::Line { to, .. } | Piece::Corner { to, .. } | Piece::Cubic { to, .. }
-                if u >= 1.0 =>
-            {
-                out.copy_from_slice(to);
-            }
-            Piece::Line { from, to } => {
+        if u >= 1.0 {
+            out.copy_from_slice(self.to(piece));
+            return;
+        }
+        match self.pieces[piece] {
+            Piece::Line(at) => {
+                let [from, to] = self.lists(at);
                 for (q, (from, to)) in out.iter_mut().zip(from.iter().zip(to)) {
                     *q = from + u * (to - from);
                 }
             }
-            Piece::Corner { from, corner, to } => {
+            Piece::Corner(at) => {
+                let [from, corner, to] = self.lists(at);
                 let ([a, ..], [b, ..]) = bend(u);
                 for (i, q) in out.iter_mut().enumerate() {
                     *q = from[i] + a * (corner[i] - from[i]) + b * (to[i] - corner[i]);
                 }
             }
-            Piece::Cubic { from, to, slope_from, slope_to } => {
+            Piece::Cubic(at) => {
+                let [from, slope_from, to, slope_to] = self.lists(at);
                 for (i, q) in out.iter_mut().enumerate() {
                     let (a, b, d) = (h * slope_from[i], h * slope_to[i], to[i] - from[i]);
                     *q = from[i] + u * (a + u * (3.0 * d - 2.0 * a - b + u * (a + b - 2.0 * d)));
@@ -231,8 +257,9 @@ impl Curve {
         let n = out.dq.len();
         let (dq, ddq, dddq) = (&mut out.dq[..n], &mut out.ddq[..n], &mut out.dddq[..n]);
         let per = [h.recip(), h.powi(-2), h.powi(-3)];
-        match &self.pieces[piece] {
-            Piece::Line { from, to } => {
+        match self.pieces[piece] {
+            Piece::Line(at) => {
+                let [from, to] = self.lists(at);
                 let (from, to) = (&from[..n], &to[..n]);
                 for i in 0..n {
                     dq[i] = (to[i] - from[i]) * per[0];
@@ -240,7 +267,8 @@ impl Curve {
                 ddq.fill(0.0);
                 dddq.fill(0.0);
             }
-            Piece::Corner { from, corner, to } => {
+            Piece::Corner(at) => {
+                let [from, corner, to] = self.lists(at);
                 let ([_, a1, a2, a3], [_, b1, b2, b3]) = bend(u);
                 let [a1, b1] = [a1, b1].map(|weight| weight * per[0]);
                 let [a2, b2] = [a2, b2].map(|weight| weight * per[1]);
@@ -253,7 +281,8 @@ impl Curve {
                     dddq[i] = a3 * a + b3 * b;
                 }
             }
-            Piece::Cubic { from, to, slope_from, slope_to } => {
+            Piece::Cubic(at) => {
+                let [from, slope_from, to, slope_to] = self.lists(at);
                 let (from, to) = (&from[..n], &to[..n]);
                 let (slope_from, slope_to) = (&slope_from[..n], &slope_to[..n]);
                 for i in 0..n {
@@ -273,7 +302,8 @@ impl Curve {
 /// How much of its first and of its second leg a rounded corner has run through at `u`, and three derivatives of each.
 ///
 /// The hodograph of the Bézier curve has the first leg at its first two control points, the second at its last two.
-fn bend(u: f64) -> ([f64; 4], [f64; 4]) {
+#[inline]
+pub(super) fn bend(u: f64) -> ([f64; 4], [f64; 4]) {
     let second = |u: f64| {
         let uu = u * u;
         let [first, bends] = [2.5 * uu * u * (4.0 - 3.0 * u), 30.0 * uu * (1.0 - u)];

@@ -33,6 +33,9 @@ pub(super) trait Wide: Simd<f32s = f32x8, f64s = f64x4, m64s = m64x4> {
 
     /// Returns four numbers without their signs.
     fn sizes(self, x: f64x4) -> f64x4;
+
+    /// Returns the largest number of each of four.
+    fn largest_of_each(self, fours: [f64x4; 4]) -> f64x4;
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -68,6 +71,19 @@ impl Wide for pulp::x86::V3 {
     fn sizes(self, x: f64x4) -> f64x4 {
         let sign = pulp::cast(f64x4(-0.0, -0.0, -0.0, -0.0));
         pulp::cast(self.avx._mm256_andnot_pd(sign, pulp::cast(x)))
+    }
+
+    #[inline(always)]
+    fn largest_of_each(self, [a, b, c, d]: [f64x4; 4]) -> f64x4 {
+        let [a, b, c, d] = [pulp::cast(a), pulp::cast(b), pulp::cast(c), pulp::cast(d)];
+        // Of two the larger of lanes 0 and 1, in turn, then of lanes 2 and 3.
+        let (even, odd) = (self.avx._mm256_unpacklo_pd(a, b), self.avx._mm256_unpackhi_pd(a, b));
+        let ab = self.avx._mm256_max_pd(even, odd);
+        let (even, odd) = (self.avx._mm256_unpacklo_pd(c, d), self.avx._mm256_unpackhi_pd(c, d));
+        let cd = self.avx._mm256_max_pd(even, odd);
+        let low = self.avx._mm256_permute2f128_pd::<0x20>(ab, cd);
+        let high = self.avx._mm256_permute2f128_pd::<0x31>(ab, cd);
+        pulp::cast(self.avx._mm256_max_pd(low, high))
     }
 }
 
@@ -105,6 +121,12 @@ impl Wide for Scalar256b {
     #[inline(always)]
     fn sizes(self, x: f64x4) -> f64x4 {
         self.abs_f64s(x)
+    }
+
+    #[inline(always)]
+    fn largest_of_each(self, fours: [f64x4; 4]) -> f64x4 {
+        let [a, b, c, d] = fours.map(|f64x4(x, y, z, w)| x.max(y).max(z.max(w)));
+        f64x4(a, b, c, d)
     }
 }
 

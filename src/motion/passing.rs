@@ -56,18 +56,16 @@ impl Spans {
         self.jerks.len()
     }
 
-    /// Returns when a span begins and ends, s.
-    pub(super) fn times(&self, span: usize) -> (f64, f64) {
-        (self.states[span].0, self.states[span + 1].0)
+    /// Returns where a span begins, how long it takes, s, and its jerk.
+    pub(super) fn span(&self, span: usize) -> (State, f64, f64) {
+        let (begin, state) = self.states[span];
+        (state, self.states[span + 1].0 - begin, self.jerks[span])
     }
 
     /// Returns how far along the curve one is at `t`, and three rates of that.
     pub(super) fn along(&self, t: f64) -> [f64; 4] {
-        self.on(self.states.partition_point(|(begin, _)| *begin <= t).clamp(1, self.len()) - 1, t)
-    }
-
-    /// As [`Self::along`], on one of the spans.
-    pub(super) fn on(&self, span: usize, t: f64) -> [f64; 4] {
+        let passed = self.states.partition_point(|(begin, _)| *begin <= t);
+        let span = passed.clamp(1, self.len()) - 1;
         let (begin, state) = self.states[span];
         let State { s, v, a } = state.after(t - begin, self.jerks[span]);
         [s, v, a, self.jerks[span]]

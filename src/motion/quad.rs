@@ -86,6 +86,18 @@ impl<S: Wide> Quad<S> {
         Self { lanes: self.simd.max_f64s(self.lanes, other.lanes), ..self }
     }
 
+    #[inline(always)]
+    pub(super) fn min(self, other: Self) -> Self {
+        Self { lanes: self.simd.min_f64s(self.lanes, other.lanes), ..self }
+    }
+
+    /// Returns the largest number of each of four.
+    #[inline(always)]
+    pub(super) fn largest(fours: [Self; 4]) -> Self {
+        let simd = fours[0].simd;
+        Self { lanes: simd.largest_of_each(fours.map(|four| four.lanes)), simd }
+    }
+
     /// Returns where this is below another.
     #[inline(always)]
     pub(super) fn below(self, other: Self) -> Marks<S> {

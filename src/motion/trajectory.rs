@@ -3,6 +3,8 @@
 //! A path of corners is rounded inside what is free, then timed (`timing`): as fast as the limits allow, along
 //! exactly that path, from rest to rest.
 
+use std::borrow::Cow;
+
 use super::curve::{At, Curve};
 use super::error::Error;
 use super::fault::Untimed;
@@ -254,7 +256,7 @@ impl Part {
 }
 
 /// Drops points that repeat the one before and checks what is left.
-fn distinct(points: &[Vec<f64>], limits: &Limits) -> Result<Vec<Vec<f64>>, Error> {
+fn distinct<'p>(points: &'p [Vec<f64>], limits: &Limits) -> Result<Cow<'p, [Vec<f64>]>, Error> {
     let fail = |what| Err(Error::Trajectory { what });
     let n = limits.velocity.len();
     if points.is_empty() {
@@ -267,13 +269,16 @@ fn distinct(points: &[Vec<f64>], limits: &Limits) -> Result<Vec<Vec<f64>>, Error
     if limits.acceleration.len() != n || limits.jerk.len() != n || !all().all(|x| *x > 0.0) {
         return fail(Untimed::Limits);
     }
+    if points.windows(2).all(|pair| l2(&pair[0], &pair[1]) > 1e-9) {
+        return Ok(Cow::Borrowed(points));
+    }
     let mut kept: Vec<Vec<f64>> = Vec::with_capacity(points.len());
     for point in points {
         if kept.last().is_none_or(|last| l2(last, point) > 1e-9) {
             kept.push(point.clone());
         }
     }
-    Ok(kept)
+    Ok(Cow::Owned(kept))
 }
 
 /// Returns how far each corner may be cut: half its shorter edge or `max_cut`, halved until it is free.
