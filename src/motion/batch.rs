@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 use pulp::f32x8;
 
 use super::beyond::{SLACK, Thing};
-use super::distance::Body;
+use super::body::Body;
 use super::frames::{Frame, Frames};
 use super::frames8::{Joint, joints};
 use super::lanes::{LANES, run, short};

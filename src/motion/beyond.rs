@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::distance::Body;
+use super::body::Body;
 use super::frames::Frame;
 use super::lanes::{Eight, Three, Wide, short};
 

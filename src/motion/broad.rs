@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 use wide::f64x4;
 
-use super::distance::Body;
+use super::body::Body;
 use super::frames::Frame;
 
 /// Obstacles of a group.

@@ -11,6 +11,8 @@
 //! angles to the end. Joint 7 says where axis 6 lies, and so the wrist centre. What a wrist centre that is a little elsewhere
 //! does to the joints follows by the same triangles (Newton's method), so two passes are enough away from singular poses.
 //!
+//! Whether an arm is of this kind is found in [`super::axes`]; a pass is [`super::triangles`].
+//!
 //! Source: derived here from the joint origins; the sub-problems are those of Paden and Kahan (Murray,
 //! Li and Sastry, *A Mathematical Introduction to Robotic Manipulation*, 1994, §3.2).
 
@@ -22,48 +24,41 @@ use super::frames::Frame;
 use super::gate::Gate;
 use super::kinematics::frame_error;
 use super::lanes::{Job, Wide, run};
-use super::quad::{Marks, Quad};
-use super::robot::{Drive, Motion, Robot};
-use super::turn::{Turn, root, unit};
+use super::quad::Quad;
+use super::robot::Robot;
+use super::triangles::{Pass, Target, three};
+use super::turn::Turn;
 
 /// How far, m, neighbouring axes may miss each other and still count as meeting: link files print six
 /// digits or more, and the polish takes up the rest.
-const MEET: f64 = 2e-5;
-/// How far, as a cosine, neighbouring axes may be from a right angle.
-const SQUARE: f64 = 1e-4;
+pub(super) const MEET: f64 = 2e-5;
 /// A solution is exact when position (m) and rotation (rad) are off by less.
 const EXACT: f64 = 1e-11;
-/// A model whose axes meet and are square to this, m and rad, needs no polish: its solutions are its own.
-const IDEAL: f64 = 1e-13;
 /// Passes at most; away from singular poses two reach the last digits.
 const PASSES: usize = 6;
 /// Steps of the joints that add up to less, rad, need no further pass: what they leave goes with their square.
 const SMALL: f64 = 1e-7;
 /// Once a step adds up to more, rad, none is taken: near a singular pose it says nothing.
 const WILD: f64 = 0.02;
-/// A root that is out of reach by more, of its size and of the forearm's, is none: a polish puts right ten thousand times less.
-const HOPELESS: [f64; 2] = [1e-5, 1e-12];
 /// The joints that are worked out.
-const OTHERS: [usize; 6] = [0, 1, 3, 4, 5, 6];
-/// The wrist's bearing is clear when the square of how far it points is above this, against the forearm's.
-const CLEAR: f64 = 0.01;
+pub(super) const OTHERS: [usize; 6] = [0, 1, 3, 4, 5, 6];
 
 /// The geometry the closed form needs.
 #[derive(Debug, Clone)]
 pub struct ClosedForm {
     /// Axis 1 along z, axis 2 along y, the origin where they meet; in base coordinates at zero.
-    base: Frame,
+    pub(super) base: Frame,
     /// Where the tip stands in the frame of axis 7.
-    tip: Frame,
+    pub(super) tip: Frame,
     /// Angle of each joint when it reads 0, rad.
-    zero: [f64; 7],
-    d2: f64,
-    l1: f64,
-    d4: f64,
-    l2: f64,
-    d6: f64,
-    /// Whether the robot is this model to [`IDEAL`].
-    is_ideal: bool,
+    pub(super) zero: [f64; 7],
+    pub(super) d2: f64,
+    pub(super) l1: f64,
+    pub(super) d4: f64,
+    pub(super) l2: f64,
+    pub(super) d6: f64,
+    /// Whether the robot is this model to rounding.
+    pub(super) is_ideal: bool,
 }
 
 /// Joint 3 as one search tries it: all eight branches, `None` where there is no solution.
@@ -82,9 +77,6 @@ impl Default for Looked {
     }
 }
 
-/// Three numbers for each of four branches.
-type Three<S> = [Quad<S>; 3];
-
 /// A pose that is wanted, as the closed form sees it.
 pub(super) struct Wanted {
     tip: Frame,
@@ -92,14 +84,6 @@ pub(super) struct Wanted {
     turn: Frame,
     /// What joints that are free take, rad.
     near: [f64; 7],
-}
-
-/// What is the same for all branches and passes.
-struct Target<'w, S> {
-    simd: S,
-    turn: &'w Frame,
-    q3: (f64, f64),
-    near: &'w [f64; 7],
 }
 
 /// How four branches end.
@@ -124,27 +108,6 @@ struct Ends<S: Wide> {
     shut: u8,
 }
 
-/// Where four branches stand after a pass.
-#[derive(Clone, Copy)]
-struct Pass<S: Wide> {
-    turns: [Turn<S>; 7],
-    /// The wrist centre it was made for, m.
-    wrist: Three<S>,
-    /// The same before joint 2 turns it, and then how far ahead it is.
-    arm: Three<S>,
-    ahead: Quad<S>,
-    /// Slopes of the roots for joints 4 and 2.
-    sides: [Quad<S>; 2],
-    /// Lanes in which there is a solution.
-    holds: Marks<S>,
-    /// Lanes in which a root was out of reach by less than the slack.
-    is_stretched: Marks<S>,
-    /// Lanes in which one was by [`HOPELESS`], and the wrist is not stretched: joint 7 says where it is.
-    is_hopeless: Marks<S>,
-    /// Lanes in which no root and no bearing is anywhere near where it ceases to be one.
-    is_clear: Marks<S>,
-}
-
 /// One value of joint 3 to be looked at, those branches whose bit is set in `which`.
 struct Look<'l> {
     form: &'l ClosedForm,
@@ -166,67 +129,6 @@ impl Job for Look<'_> {
 }
 
 impl ClosedForm {
-    /// Returns the closed form if the robot has the right geometry: seven turning joints whose
-    /// neighbouring axes meet at right angles.
-    pub fn of(robot: &Robot) -> Option<Self> {
-        if robot.n_joints() != 7 {
-            return None;
-        }
-        let mut axes = [Vector3::zeros(); 7];
-        let mut points = [Vector3::zeros(); 7];
-        let mut pose = Isometry3::identity();
-        for &link in &robot.path {
-            let joint = &robot.links[link].joint;
-            pose *= joint.parent_from_link(joint.value(&[0.0; 7], 0.0));
-            match joint.drive {
-                Drive::None => {}
-                Drive::Joint { index, multiplier, offset }
-                    if joint.motion == Motion::Turn
-                        && (multiplier - 1.0).abs() < f64::EPSILON
-                        && offset.abs() < f64::EPSILON =>
-                {
-                    axes[index] = pose.rotation * joint.axis.into_inner();
-                    points[index] = pose.translation.vector;
-                }
-                _ => return None,
-            }
-        }
-        let mut meet = [Vector3::zeros(); 6];
-        for i in 0..6 {
-            if axes[i].dot(&axes[i + 1]).abs() > SQUARE {
-                return None;
-            }
-            let normal = axes[i].cross(&axes[i + 1]);
-            let between = points[i + 1] - points[i];
-            if between.dot(&normal).abs() > MEET {
-                return None;
-            }
-            meet[i] = points[i] + axes[i] * between.dot(&axes[i]);
-        }
-        // From one meeting point to the next the way leads along the axis they share.
-        let along = |i: usize| (meet[i] - meet[i - 1]).dot(&axes[i]);
-        let [d2, l1, d4, l2, d6] = [1, 2, 3, 4, 5].map(along);
-        // Without an upper arm and a forearm there is no triangle to solve; the wrist offset must be
-        // small for its iteration to converge.
-        if l2.abs() < 0.01 || l1.abs() < 0.01 || d6.abs() > 0.05 * l2.abs() {
-            return None;
-        }
-        let y = (axes[1] - axes[0] * axes[0].dot(&axes[1])).normalize();
-        let base = Frame { x: y.cross(&axes[0]), y, z: axes[0], origin: meet[0] };
-        let (last, zero) = unwound(base, &axes);
-        let last = Frame { origin: meet[5], ..last };
-        let pose = Frame::of(&pose);
-        let tip = Frame {
-            x: last.local(&pose.x),
-            y: last.local(&pose.y),
-            z: last.local(&pose.z),
-            origin: last.local(&(pose.origin - meet[5])),
-        };
-        let mut form = Self { base, tip, zero, d2, l1, d4, l2, d6, is_ideal: false };
-        form.is_ideal = form.error_of(robot) < IDEAL;
-        Some(form)
-    }
-
     /// Appends every solution for the tip at `target` with joint 3 at `q3`, up to eight; joint limits
     /// are not looked at. Where a joint is free (a singular pose) it takes its value from `near`.
     pub fn solve(
@@ -458,163 +360,6 @@ impl ClosedForm {
             pass = next;
         }
     }
-
-    /// Solves for four branches with the wrist centre at `w`; `None` where none of them has a solution.
-    #[inline(always)]
-    fn pass<S: Wide>(
-        &self,
-        w: &Three<S>,
-        target: &Target<'_, S>,
-        elbow: Quad<S>,
-    ) -> Option<Pass<S>> {
-        let simd = target.simd;
-        let k = |x: f64| Quad::all(simd, x);
-        let (s3, c3) = (k(target.q3.0), k(target.q3.1));
-        let (d2, l1, d4, l2) = (k(self.d2), k(self.l1), k(self.d4), k(self.l2));
-        let near = |i: usize| target.near[i];
-        // |w|² in q4: A cos q4 + B sin q4 = C.
-        let two = k(2.0);
-        let fixed = d2 * d2 + l1 * l1 + d4 * d4 + l2 * l2 + two * d2 * d4 * c3;
-        let across = w[0] * w[0] + w[1] * w[1];
-        let length = across + w[2] * w[2];
-        let four = root(two * l1 * l2, two * d2 * l2 * s3, length - fixed, elbow, near(3))?;
-        let (holds4, out4, clear4) = (four.holds, four.is_stretched, four.is_clear);
-        let hopeless = |lack: Quad<S>, size: Quad<S>| {
-            (k(HOPELESS[0]) * size + k(HOPELESS[1]) * l2 * l2).below(lack)
-        };
-        let hopeless4 = hopeless(four.lack, four.size);
-        let (side4, four) = (four.side, four.turn);
-        // The wrist before joint 2 turns it.
-        let (x, y, z) =
-            (c3 * l2 * four.sin - s3 * d4, s3 * l2 * four.sin + c3 * d4 + d2, l1 + l2 * four.cos);
-        // Height: z cos q2 - x sin q2.
-        let two = root(z, -x, w[2], Quad::of(simd, [1.0, -1.0, 1.0, -1.0]), near(1))?;
-        let (holds2, out2, clear2) = (two.holds, two.is_stretched, two.is_clear);
-        let hopeless2 = hopeless(two.lack, two.size);
-        let (side2, two) = (two.side, two.turn);
-        let holds = holds2 & holds4;
-        if holds.is_nowhere() {
-            return None;
-        }
-        let ahead = two.cos * x + two.sin * z;
-        let one = unit(ahead * w[1] - y * w[0], ahead * w[0] + y * w[1], near(0), 1e-18);
-        // What rotation is left for the wrist: Z5 Y6 Z7, by columns.
-        let wanted = target.turn;
-        let mut left = [three(simd, &wanted.x), three(simd, &wanted.y), three(simd, &wanted.z)];
-        for column in &mut left {
-            let [x, y, z] = *column;
-            let (x, y) = (one.cos * x + one.sin * y, one.cos * y - one.sin * x);
-            let (x, z) = (two.cos * x - two.sin * z, two.sin * x + two.cos * z);
-            let (x, y) = (c3 * x + s3 * y, c3 * y - s3 * x);
-            let (x, z) = (four.cos * x - four.sin * z, four.sin * x + four.cos * z);
-            *column = [x, y, z];
-        }
-        let flip = Quad::of(simd, [1.0, 1.0, -1.0, -1.0]);
-        let [to_x, to_y, to_z] = left[2];
-        let five = unit(flip * to_y, flip * to_x, near(4), 1e-18);
-        let six = Turn { sin: to_x * five.cos + to_y * five.sin, cos: to_z };
-        let seven = Turn {
-            sin: five.cos * left[0][1] - five.sin * left[0][0],
-            cos: five.cos * left[1][1] - five.sin * left[1][0],
-        };
-        let three = Turn { sin: s3, cos: c3 };
-        Some(Pass {
-            turns: [one, two, three, four, five, six, seven],
-            wrist: *w,
-            arm: [x, y, z],
-            ahead,
-            sides: [side4, side2],
-            holds,
-            is_stretched: out2 | out4,
-            is_hopeless: (hopeless2 | hopeless4) & k(CLEAR).below(six.sin * six.sin),
-            is_clear: clear2 & clear4 & across.reaches(k(CLEAR) * l2 * l2),
-        })
-    }
-
-    /// Returns what each of [`OTHERS`] turns, rad, as the wrist centre moves by `by`, m, and the hand does not turn; to first
-    /// order.
-    #[inline(always)]
-    fn step<S: Wide>(&self, pass: &Pass<S>, target: &Target<'_, S>, by: &Three<S>) -> [Quad<S>; 6] {
-        let k = |x: f64| Quad::all(target.simd, x);
-        let (s3, c3) = (k(target.q3.0), k(target.q3.1));
-        let [_, two, _, four, five, six, _] = &pass.turns;
-        let (w, [_, y, _], [side4, side2]) = (&pass.wrist, pass.arm, pass.sides);
-        // The three equations of a pass, each by its slope.
-        let longer = w[0] * by[0] + w[1] * by[1] + w[2] * by[2];
-        let turn4 = k(-2.0) * longer / side4;
-        let swung = k(self.l2) * turn4;
-        let (dx, dy, dz) = (c3 * four.cos * swung, s3 * four.cos * swung, -(four.sin * swung));
-        let turn2 = (two.cos * dz - two.sin * dx - by[2]) / side2;
-        let farther = two.cos * dx + two.sin * dz + w[2] * turn2;
-        let across = w[0] * w[0] + w[1] * w[1];
-        let turn1 = ((w[0] * by[1] - w[1] * by[0]) - (pass.ahead * dy - y * farther)) / across;
-        // The forearm's turn in its own axes; the wrist undoes it.
-        let (up_x, up_y) = (-(c3 * two.sin), s3 * two.sin);
-        let turned = turn1 * up_x + turn2 * s3;
-        let lifted = turn1 * two.cos;
-        let about_x = four.sin * lifted - four.cos * turned;
-        let about_y = -(turn1 * up_y + turn2 * c3 + turn4);
-        let about_z = -(four.sin * turned + four.cos * lifted);
-        let turn6 = five.cos * about_y - five.sin * about_x;
-        let turn7 = (five.cos * about_x + five.sin * about_y) / six.sin;
-        let turn5 = about_z - six.cos * turn7;
-        [turn1, turn2, turn4, turn5, turn6, turn7]
-    }
-
-    /// Returns how far the model is from the robot itself, m and rad, at a few positions of the joints.
-    fn error_of(&self, robot: &Robot) -> f64 {
-        // Any positions will do that are no special ones.
-        const TRIED: [[f64; 7]; 3] = [
-            [0.3, -0.7, 1.1, 0.9, -0.4, 1.2, 2.1],
-            [-1.9, 0.6, -2.3, -1.4, 0.8, -0.5, 0.2],
-            [2.6, 1.3, 0.4, 1.8, -1.7, 0.9, -2.8],
-        ];
-        TRIED
-            .iter()
-            .map(|q| frame_error(&self.forward(q), &robot.tip_frame(q)).amax())
-            .fold(0.0, f64::max)
-    }
-
-    /// Returns where the model puts the tip.
-    fn forward(&self, q: &[f64; 7]) -> Frame {
-        let mut frame = self.base;
-        let steps = [0.0, 0.0, self.d2, self.l1, self.d4, self.l2, self.d6];
-        for (i, (q, zero)) in q.iter().zip(self.zero).enumerate() {
-            let (sin, cos) = (q + zero).sin_cos();
-            // The way from one meeting point to the next lies along the axis before.
-            if i > 1 {
-                frame.origin += if i % 2 == 0 { frame.y } else { frame.z } * steps[i];
-            }
-            if i % 2 == 0 {
-                frame.about_z((sin, cos));
-            } else {
-                frame.about_y((sin, cos));
-            }
-        }
-        frame.then(&self.tip)
-    }
-}
-
-/// Follows the axes from the base outwards; returns the frame of the last, and each joint's angle at zero.
-fn unwound(mut frame: Frame, axes: &[Vector3<f64>; 7]) -> (Frame, [f64; 7]) {
-    let mut zero = [0.0; 7];
-    // Each joint turns the frame until its y or its z is the next axis.
-    for i in 0..6 {
-        let next = frame.local(&axes[i + 1]);
-        if i % 2 == 0 {
-            zero[i] = (-next.x).atan2(next.y);
-            frame.about_z(zero[i].sin_cos());
-        } else {
-            zero[i] = next.x.atan2(next.z);
-            frame.about_y(zero[i].sin_cos());
-        }
-    }
-    (frame, zero)
-}
-
-#[inline(always)]
-fn three<S: Wide>(simd: S, v: &Vector3<f64>) -> Three<S> {
-    [Quad::all(simd, v.x), Quad::all(simd, v.y), Quad::all(simd, v.z)]
 }
 
 /// Returns a bit for each lane whose branch is wanted: every other one of eight.

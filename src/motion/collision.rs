@@ -10,9 +10,10 @@ use std::sync::OnceLock;
 use nalgebra::{Isometry3, Vector3};
 
 use super::batch::Batch;
+use super::body::Body;
 use super::broad::{Crowd, GROUP};
 use super::contact_pairs::{checked_pairs, rigid_sets};
-use super::distance::{Body, signed_distance};
+use super::distance::signed_distance;
 use super::error::Error;
 use super::frames::Frames;
 use super::nearest::{Found, Look, Nearest, Other};

@@ -6,7 +6,8 @@
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 
-use super::distance::{Body, distance_or_overlap};
+use super::body::Body;
+use super::distance::distance_or_overlap;
 use super::ik::random_configuration;
 use super::posture::{Solids, are_apart};
 use super::robot::{Motion, Robot};

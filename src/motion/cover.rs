@@ -209,7 +209,8 @@ fn clipped(triangle: &Triangle, axis: &Vector3<f64>, at: f64, side: f64) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::distance::{Body, signed_distance};
+    use crate::motion::body::Body;
+    use crate::motion::distance::signed_distance;
 
     /// A tube of 16 sides along x, and a block across its end: as a link is.
     fn link() -> Vec<Triangle> {

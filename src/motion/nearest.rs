@@ -2,7 +2,8 @@
 //!
 //! Which pairs are offered, and in which order, is not decided here.
 
-use super::distance::{Body, distance_or_overlap, is_beyond, signed_distance};
+use super::body::Body;
+use super::distance::{distance_or_overlap, is_beyond, signed_distance};
 
 /// How far pairs are looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::distance::Body;
+use super::body::Body;
 
 /// A point nearer to the middle of a solid than this, m, is led away along any direction across it.
 const MIDDLE: f64 = 1e-9;

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use super::distance::Body;
+use super::body::Body;
 use super::frames::{Frame, Frames};
 
 /// A middle and a radius, m.

@@ -1,6 +1,6 @@
 //! How far a unit of each joint can move any point of a robot.
 
-use super::distance::Body;
+use super::body::Body;
 use super::robot::{Drive, Motion, Robot};
 
 /// Returns per joint, m/rad or m/m, how far any point beyond it can move for a unit of the joint: link offsets and

@@ -13,10 +13,10 @@
 
 use nalgebra::{Isometry3, Vector3, Vector6};
 
+use super::body::Body;
 use super::budget::Budget;
 use super::collision::{CollisionWorld, Obstacle};
 use super::cone::Cone;
-use super::distance::Body;
 use super::error::Error;
 use super::fault::NoWay;
 use super::frames::{Frame, Frames};

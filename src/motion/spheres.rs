@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::distance::Body;
+use super::body::Body;
 
 /// Spheres may be larger than a capsule by this share of its radius. Chosen: a tenth takes three spheres for each length of
 /// a diameter.
