@@ -1,5 +1,7 @@
 //! Pixels where surfaces meet, looked at many times, so that an edge lies where it belongs to a small fraction of a pixel.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use wide::f32x4;
 
 use super::Drawing;
@@ -9,6 +11,7 @@ use super::opaque::Asked;
 use super::tile::TILE;
 use super::tone::clamped;
 use super::trace::{Candidates, Stage};
+use crate::motion::widest;
 
 /// Where surfaces meet in a picture, to be looked at closely.
 pub(super) struct Edges<'d> {
@@ -110,26 +113,32 @@ fn look_closely_at_plain(
     (u, v): (usize, usize),
     looks: &[Look],
 ) -> [f32; 3] {
-    let mut known = Known::default();
-    let mut sum = [0.0_f32; 3];
-    for some in looks.chunks(4) {
-        let mut off = [[0.0_f32; 4]; 2];
-        let mut asked = Asked { clear: 0, uneven: 0, opaque: false, is_kept: looks.len() > 4 };
-        for (k, look) in some.iter().enumerate() {
-            (off[0][k], off[1][k]) = (look.off[0] as f32, look.off[1] as f32);
-            asked.clear |= u32::from(look.lights_clear) << k;
-            asked.uneven |= u32::from(look.lights_uneven) << k;
-            asked.opaque |= look.lights_opaque;
-        }
-        let (d, _) = lens.four_rays((u, v), off.map(f32x4::from));
-        let seen = stage.see_four(d, candidates.things);
-        let seen = stage.look_four(d, seen, candidates.marks, asked, &mut known);
-        for light in &seen.light[..some.len()] {
-            sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
-        }
-    }
-    let n = looks.len() as f32;
-    [sum[0] / n, sum[1] / n, sum[2] / n]
+    widest(
+        #[inline(always)]
+        || {
+            let mut known = Known::default();
+            let mut sum = [0.0_f32; 3];
+            for some in looks.chunks(4) {
+                let mut off = [[0.0_f32; 4]; 2];
+                let mut asked =
+                    Asked { clear: 0, uneven: 0, opaque: false, is_kept: looks.len() > 4 };
+                for (k, look) in some.iter().enumerate() {
+                    (off[0][k], off[1][k]) = (look.off[0] as f32, look.off[1] as f32);
+                    asked.clear |= u32::from(look.lights_clear) << k;
+                    asked.uneven |= u32::from(look.lights_uneven) << k;
+                    asked.opaque |= look.lights_opaque;
+                }
+                let (d, _) = lens.four_rays((u, v), off.map(f32x4::from));
+                let seen = stage.see_four(d, candidates.things);
+                let seen = stage.look_four(d, seen, candidates.marks, asked, &mut known);
+                for light in &seen.light[..some.len()] {
+                    sum = [sum[0] + light[0], sum[1] + light[1], sum[2] + light[2]];
+                }
+            }
+            let n = looks.len() as f32;
+            [sum[0] / n, sum[1] / n, sum[2] / n]
+        },
+    )
 }
 
 /// Collects the columns of row `v` of which the pixel beside, above or below sees another surface.

@@ -1,6 +1,8 @@
 //! Boxes, cylinders and capsules in their own frame, as four rays of single precision at a time meet them: from where to where lines
 //! are inside, and how the surface lies there. What double precision does one by one is [`super::solid`]'s.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use nalgebra::Vector3;
 use wide::f32x4;
 
@@ -51,7 +53,7 @@ impl Form {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn span(&self, o: Four3, d: Four3) -> Spans {
         match *self {
             Self::Cuboid { centre, half } => cuboid(o - Four3::of(centre), d, half),
@@ -61,7 +63,7 @@ impl Form {
     }
 
     /// Returns the outward normals (unit) at places of the surface, and the faces.
-    #[inline]
+    #[inline(always)]
     pub(super) fn surface(&self, at: Four3) -> (Four3, f32x4) {
         let zero = f32x4::splat(0.0);
         match *self {
@@ -110,7 +112,7 @@ impl Form {
 }
 
 /// Keeps the spans that are not empty.
-#[inline]
+#[inline(always)]
 fn kept(enter: f32x4, leave: f32x4, is_met: f32x4) -> Spans {
     let far = f32x4::splat(f32::INFINITY);
     let is_met = is_met & enter.simd_lt(leave);
@@ -118,14 +120,14 @@ fn kept(enter: f32x4, leave: f32x4, is_met: f32x4) -> Spans {
 }
 
 /// Returns 1/x, and of nearly nothing something great, never infinite.
-#[inline]
+#[inline(always)]
 fn inverse(x: f32x4) -> f32x4 {
     let least = f32x4::splat(1e-12);
     let sign = x.simd_lt(f32x4::splat(0.0)).bitselect(-least, least);
     f32x4::splat(1.0) / x.abs().simd_lt(least).bitselect(sign, x)
 }
 
-#[inline]
+#[inline(always)]
 fn cuboid(o: Four3, d: Four3, half: Vector3<f32>) -> Spans {
     let slab = |o: f32x4, d: f32x4, half: f32| {
         let (inverse, half) = (inverse(d), f32x4::splat(half));
@@ -139,7 +141,7 @@ fn cuboid(o: Four3, d: Four3, half: Vector3<f32>) -> Spans {
 }
 
 /// Where lines are inside an endless cylinder about z: the middle of that stretch, half of it, and whether there is any.
-#[inline]
+#[inline(always)]
 fn tube(o: Four3, d: Four3, radius: f32) -> (f32x4, f32x4, f32x4) {
     // Along the axis the stretch has no end; a great one does as well.
     let a = (d.x * d.x + d.y * d.y).fast_max(f32x4::splat(1e-12));
@@ -150,7 +152,7 @@ fn tube(o: Four3, d: Four3, radius: f32) -> (f32x4, f32x4, f32x4) {
     (middle, (left.fast_max(zero) / a).sqrt(), left.simd_gt(zero))
 }
 
-#[inline]
+#[inline(always)]
 fn cylinder(o: Four3, d: Four3, radius: f32, [bottom, top]: [f32; 2]) -> Spans {
     let (middle, reach, is_met) = tube(o, d, radius);
     let inverse = inverse(d.z);
@@ -161,7 +163,7 @@ fn cylinder(o: Four3, d: Four3, radius: f32, [bottom, top]: [f32; 2]) -> Spans {
 }
 
 /// As `solid::capsule`: in and out through the tube between the ends, beyond them through the balls there.
-#[inline]
+#[inline(always)]
 fn capsule(o: Four3, d: Four3, radius: f32, [bottom, top]: [f32; 2]) -> Spans {
     let ball = |z: f32| {
         let o = Four3 { z: o.z - f32x4::splat(z), ..o };

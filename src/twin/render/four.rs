@@ -3,6 +3,8 @@
 //! A place is right to 1e-7 m, a ten-thousandth of a pixel; edges are looked at closely in double precision afterwards.
 //! Four numbers fit the registers that every processor of this kind has, so the picture is the same on each.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use nalgebra::{Matrix3, Vector3};
 use wide::f32x4;
 
@@ -41,7 +43,7 @@ impl Plane {
     }
 
     /// Returns where the rays of the four pixels from `(u, v)` to the right meet the table, if all of them do.
-    #[inline]
+    #[inline(always)]
     pub(super) fn meet(&self, lens: &Lens, u: usize, v: usize) -> Option<Four> {
         if !self.works {
             return None;
@@ -69,15 +71,14 @@ impl Plane {
 
 impl Four {
     /// Returns the light there.
-    #[inline]
+    #[inline(always)]
     pub(super) fn light(&self, lighting: &Lighting) -> [[f32; 4]; 4] {
         lighting.table_four(self.x, self.y)
     }
 
-    /// Returns the places, m.
-    pub(super) fn places(&self) -> [(f32, f32); 4] {
-        let (x, y) = (self.x.to_array(), self.y.to_array());
-        [0, 1, 2, 3].map(|k| (x[k], y[k]))
+    /// Returns the places (x and y, m).
+    pub(super) fn places(&self) -> [[f32; 4]; 2] {
+        [self.x.to_array(), self.y.to_array()]
     }
 }
 
@@ -86,13 +87,13 @@ impl Lighting {
     /// and nothing.
     ///
     /// Loops are written out here and in what it asks: closures over arrays are calls in a build without all optimisation.
-    #[inline]
+    #[inline(always)]
     pub(super) fn table_four(&self, x: f32x4, y: f32x4) -> [[f32; 4]; 4] {
         self.grained(self.shade.four(x, y), self.on_table.grains(x, y))
     }
 
     /// Returns the light of the table's top: `plain` but for its grain, and `wood` the brightness of that.
-    #[inline]
+    #[inline(always)]
     pub(super) fn grained(&self, plain: [f32x4; 4], wood: f32x4) -> [[f32; 4]; 4] {
         let wood = wood.to_array();
         let gloss = &self.on_table.gloss;

@@ -4,12 +4,15 @@
 //! say is mirrored, and is tinted along its way (Beer and Lambert). So a jar shows what real ones show: a
 //! displaced background, dark and bright edges, a highlight, and little else.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use nalgebra::Vector3;
 
 use super::light::Rgb;
 use super::scene::{Hollow, Kind, Thing};
 use super::solid::{Solid, Span, TOP};
 use super::trace::{Stage, mix};
+use crate::motion::widest;
 
 /// Index of refraction of soda-lime glass, and of water.
 const N_GLASS: f64 = 1.52;
@@ -37,6 +40,7 @@ impl Medium {
         }
     }
 
+    #[inline(always)]
     fn pass(self, length: f64) -> Rgb {
         let tint = match self {
             Self::Air => return Vector3::repeat(1.0),
@@ -91,6 +95,21 @@ impl Stage<'_> {
 
     /// Follows a ray through a transparent thing that it enters at `t`, and beyond.
     pub(super) fn through(
+        &self,
+        thing: &Thing,
+        o: Vector3<f64>,
+        d: Vector3<f64>,
+        t: f64,
+        bounce: u8,
+    ) -> (Rgb, u64) {
+        widest(
+            #[inline(always)]
+            || self.follow(thing, o, d, t, bounce),
+        )
+    }
+
+    #[inline(always)]
+    fn follow(
         &self,
         thing: &Thing,
         o: Vector3<f64>,
@@ -159,6 +178,7 @@ const NEAR: f64 = 1e-7;
 
 /// Returns the next surface along a ray inside or near a transparent thing, in its own frame, or `None`
 /// when the ray leaves it for good. Only what can be met next is asked where it is met.
+#[inline(always)]
 fn next_surface(kind: &Kind, o: Vector3<f64>, d: Vector3<f64>, now: Medium) -> Option<Step> {
     let hollow = match kind {
         Kind::Solid(solid) => {
@@ -202,6 +222,7 @@ fn next_surface(kind: &Kind, o: Vector3<f64>, d: Vector3<f64>, now: Medium) -> O
 }
 
 /// As [`next_surface`], of a ray that is in the hollow of a vessel from `enter` on, with nothing before that.
+#[inline(always)]
 fn next_in_hollow(
     hollow: &Hollow,
     enter: f64,
@@ -281,6 +302,7 @@ pub(super) fn entry(thing: &Thing, o: Vector3<f64>, d: Vector3<f64>) -> Option<f
 
 /// Returns the normal of a box's outside near its edges as if they were ground round, as glass edges are;
 /// it is what gives them their bright and dark lines.
+#[inline(always)]
 fn rounded(kind: &Kind, normal: Vector3<f64>, at: Vector3<f64>) -> Vector3<f64> {
     /// Radius of a ground edge, m. Chosen: pressed jars have 1 to 3 mm.
     const ROUND: f64 = 0.002;
@@ -301,6 +323,7 @@ fn rounded(kind: &Kind, normal: Vector3<f64>, at: Vector3<f64>) -> Vector3<f64> 
 
 /// Fresnel and Snell at a smooth surface: the part of unpolarised light that is mirrored, and the bent
 /// direction, of length 1, unless all of it is. `normal` faces against `way`; both are of length 1.
+#[inline(always)]
 fn split(way: Vector3<f64>, normal: Vector3<f64>, n1: f64, n2: f64) -> (f64, Option<Vector3<f64>>) {
     let ratio = n1 / n2;
     let cos1 = -normal.dot(&way);

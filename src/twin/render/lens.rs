@@ -6,7 +6,10 @@
 //! fisheye's factor has no end; their pixels are searched one by one. What a fisheye shows at 89° from its axis or farther is drawn as what is
 //! there.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use nalgebra::{Matrix3, Vector2, Vector3};
+use rayon::prelude::*;
 use wide::f32x4;
 
 use super::rays::Four3;
@@ -54,7 +57,9 @@ impl Lens {
         let doublings = (reach / WIDE).log2().ceil().clamp(0.0, 64.0);
         let steps_per_unit = DENSE / doublings.exp2();
         let last = (reach * steps_per_unit).ceil().max(1.0) as usize;
-        let factors: Vec<f64> = (0..=last + 1)
+        let factors: Vec<f64> = (0..last + 2)
+            .into_par_iter()
+            .with_min_len(512)
             .map(|k| {
                 let r = (k as f64 / steps_per_unit).sqrt().max(1e-6);
                 i.undistort(Vector2::new(r, 0.0)).x / r
@@ -98,7 +103,7 @@ impl Lens {
 
     /// Returns the directions (unit, world) through four places of the picture, `offsets` px right of and below the pixel
     /// `(u, v)`, and how long they are where camera z grows by 1.
-    #[inline]
+    #[inline(always)]
     pub(super) fn four_rays(
         &self,
         (u, v): (usize, usize),
@@ -136,7 +141,7 @@ impl Lens {
     }
 
     /// Takes the distortion off four places; of a lens that is the same all round.
-    #[inline]
+    #[inline(always)]
     fn undistorted(&self, x: f32x4, y: f32x4) -> [f32x4; 2] {
         let at = (x * x + y * y) * f32x4::splat(self.steps_per_unit as f32);
         let cells = at.fast_min(f32x4::splat(self.last as f32)).fast_trunc_int();

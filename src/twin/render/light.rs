@@ -3,6 +3,8 @@
 //! All in linear light, where 1 is white paper in a good exposure. Nothing here is random: the grain
 //! comes from a hash of the place.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use std::sync::LazyLock;
 
 use nalgebra::Vector3;
@@ -256,6 +258,7 @@ pub(super) struct Fold([[f32; 2]; 2]);
 
 impl Fold {
     /// Returns how the wood lies between two places (least and greatest x and y), if no fold of it is between them.
+    #[inline(always)]
     pub(super) fn between(low: [f64; 2], high: [f64; 2]) -> Option<Self> {
         const PERIOD: f64 = (GRAIN - 2) as f64;
         let mut fold = [[0.0; 2]; 2];
@@ -279,7 +282,7 @@ impl Fold {
 
 impl OnTable {
     /// As [`Self::grains`] where no fold is between the places.
-    #[inline]
+    #[inline(always)]
     pub(super) fn grains_in(&self, fold: &Fold, x: f32x4, y: f32x4) -> f32x4 {
         let Fold([[fx, ox], [fy, oy]]) = *fold;
         self.between(
@@ -306,7 +309,7 @@ impl OnTable {
     }
 
     /// Returns the wood's brightness at four places, about 1; as [`grain`].
-    #[inline]
+    #[inline(always)]
     pub(super) fn grains(&self, x: f32x4, y: f32x4) -> f32x4 {
         const PERIOD: f32 = (GRAIN - 2) as f32;
         let fold = |a: f32x4| {

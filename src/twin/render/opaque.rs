@@ -4,6 +4,8 @@
 //! [`super::rays`]: the same light, the same keys, the same shadows. What is of another form is left to that, also as what casts a shadow;
 //! what is clear is met here and followed through in [`super::glass`].
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use nalgebra::Vector3;
 use wide::f32x4;
 
@@ -70,7 +72,7 @@ impl Stage<'_> {
     }
 
     /// Returns what rays from the eye along `d` (unit) meet first among things that are plain.
-    #[inline]
+    #[inline(always)]
     pub(super) fn see_four(&self, d: Four3, things: &[u32]) -> Met {
         let mut t = f32x4::splat(f32::INFINITY);
         let mut which = f32x4::splat(NO_THING as f32);
@@ -99,6 +101,7 @@ impl Stage<'_> {
     }
 
     /// Returns the light of what rays from the eye along `d` (unit) met; of surfaces that `known` holds only where it is `asked`.
+    #[inline(always)]
     pub(super) fn look_four(
         &self,
         d: Four3,
@@ -217,6 +220,7 @@ impl Stage<'_> {
     }
 
     /// Returns the light of a plain thing at places that rays along `d` meet, and keys that change at its inner edges.
+    #[inline(always)]
     fn light_four(
         &self,
         index: usize,
@@ -285,6 +289,7 @@ impl Stage<'_> {
     }
 
     /// Returns the light of the table's top, marks on it included.
+    #[inline(always)]
     fn table_four(&self, at: Four3, marks: &[u32]) -> ([[f32; 3]; 4], [u64; 4]) {
         let light = self.lighting.table_four(at.x, at.y);
         let mut light = light.map(|[r, g, b, _]| [r, g, b]);
@@ -302,6 +307,7 @@ impl Stage<'_> {
     }
 
     /// Returns the part of the lamp that places on a body see, and numbers that change with it.
+    #[inline(always)]
     fn lit_four(&self, index: usize, at: Four3, lie: &Lie) -> (f32x4, [u64; 4]) {
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
         let normal = lie.normal;
@@ -391,6 +397,7 @@ impl Stage<'_> {
 
 impl Lighting {
     /// As [`Self::sheen`], in four directions.
+    #[inline(always)]
     fn sheen_four(&self, d: Four3) -> Four3 {
         let level = self.level() as f32;
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
@@ -416,7 +423,7 @@ impl Lighting {
 }
 
 /// Returns x to a whole power.
-#[inline]
+#[inline(always)]
 fn power(x: f32x4, n: u32) -> f32x4 {
     let (mut result, mut square, mut n) = (f32x4::splat(1.0), x, n);
     while n > 0 {
@@ -430,7 +437,7 @@ fn power(x: f32x4, n: u32) -> f32x4 {
 }
 
 /// Returns four lights one by one, none brighter than is told apart.
-#[inline]
+#[inline(always)]
 fn lights(light: Four3) -> [[f32; 3]; 4] {
     let cut = |x: f32x4| x.fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(BRIGHTEST)).to_array();
     let (r, g, b) = (cut(light.x), cut(light.y), cut(light.z));

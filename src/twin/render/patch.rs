@@ -5,6 +5,8 @@
 //! the corners of parts of the square where it changes evenly between them, else at each pixel. The grain is asked at
 //! each pixel always.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use nalgebra::Vector3;
 use wide::f32x4;
 
@@ -41,15 +43,8 @@ pub(super) struct Row<'p> {
     patch: &'p Patch<'p>,
     x: [f32; 3],
     y: [f32; 3],
-    /// Corners above, and how far down from them to the next.
-    part: usize,
-    down: f32,
-}
-
-/// Four pixels beside each other.
-pub(super) struct Quad {
-    pub(super) x: f32x4,
-    pub(super) y: f32x4,
+    /// The light between the corners above and below, where that is kept.
+    corners: Option<[f32x4; CORNERS]>,
 }
 
 impl<'l> Patch<'l> {
@@ -133,65 +128,77 @@ impl<'l> Patch<'l> {
     }
 
     /// Returns the row `t` px below the square's first.
-    #[inline]
+    #[inline(always)]
     pub(super) fn row(&self, t: usize) -> Row<'_> {
-        let (part, down) = (t / PART, (t % PART) as f32 / PART as f32);
+        let corners = self.corners.as_ref().map(|corners| {
+            let (at, down) = (t / PART * CORNERS, (t % PART) as f32 / PART as f32);
+            let (above, below) = (&corners[at..][..CORNERS], &corners[at + CORNERS..][..CORNERS]);
+            let mut between = [f32x4::splat(0.0); CORNERS];
+            for k in 0..CORNERS {
+                between[k] = above[k] + (below[k] - above[k]) * f32x4::splat(down);
+            }
+            between
+        });
         let t = t as f32;
-        Row {
-            patch: self,
-            x: powers(&self.places[0], t),
-            y: powers(&self.places[1], t),
-            part,
-            down,
-        }
+        Row { patch: self, x: powers(&self.places[0], t), y: powers(&self.places[1], t), corners }
     }
 }
 
 impl Row<'_> {
-    /// Returns where the pixels of part `part` of the row see the table.
-    #[inline]
-    pub(super) fn quad(&self, part: usize) -> Quad {
+    /// Returns where the pixels of part `part` of the row see the table (x and y, m).
+    #[inline(always)]
+    pub(super) fn places(&self, part: usize) -> [f32x4; 2] {
         let s = f32x4::splat((part * PART) as f32) + f32x4::from([0.0, 1.0, 2.0, 3.0]);
         let place =
             |[a, b, c]: [f32; 3]| (f32x4::splat(c) * s + f32x4::splat(b)) * s + f32x4::splat(a);
-        Quad { x: place(self.x), y: place(self.y) }
+        [place(self.x), place(self.y)]
     }
 
-    /// Returns the light of the pixels of part `part`: red, green, blue and something.
-    ///
-    /// Written out as what it asks is: a closure over an array is a call in a build without all optimisation.
-    #[inline]
-    pub(super) fn light(&self, part: usize, quad: &Quad) -> [[f32; 4]; 4] {
-        let Patch { lighting, fold, corners, .. } = self.patch;
-        let on_table = &lighting.on_table;
+    /// Puts the light of pixels from part `part` on into `light`.
+    #[inline(always)]
+    pub(super) fn light(&self, part: usize, light: &mut [[f32; 3]]) {
+        let (quads, rest) = light.as_chunks_mut::<PART>();
+        let n = quads.len();
+        for (k, quad) in quads.iter_mut().enumerate() {
+            *quad = self.quad(part + k);
+        }
+        if !rest.is_empty() {
+            rest.copy_from_slice(&self.quad(part + n)[..rest.len()]);
+        }
+    }
+
+    /// Returns the light of the pixels of part `part`.
+    #[inline(always)]
+    fn quad(&self, part: usize) -> [[f32; 3]; PART] {
+        let Patch { lighting, fold, .. } = self.patch;
+        let [x, y] = self.places(part);
         let wood = match fold {
-            Some(fold) => on_table.grains_in(fold, quad.x, quad.y),
-            None => on_table.grains(quad.x, quad.y),
+            Some(fold) => lighting.on_table.grains_in(fold, x, y),
+            None => lighting.on_table.grains(x, y),
         };
-        let plain = match corners {
+        let plain = match &self.corners {
             Some(corners) => {
-                let at = self.part * CORNERS + part;
-                let down = f32x4::splat(self.down);
-                let between = |at: usize| {
-                    let (above, below) = (corners[at], corners[at + CORNERS]);
-                    above + (below - above) * down
-                };
-                let left = between(at);
-                let step = (between(at + 1) - left) * f32x4::splat(1.0 / PART as f32);
+                let left = corners[part];
+                let step = (corners[part + 1] - left) * f32x4::splat(1.0 / PART as f32);
                 let second = left + step;
                 let third = second + step;
                 [left, second, third, third + step]
             }
-            None => lighting.shade.four(quad.x, quad.y),
+            None => lighting.shade.four(x, y),
         };
-        lighting.grained(plain, wood)
+        let [a, b, c, d] = lighting.grained(plain, wood);
+        [[a[0], a[1], a[2]], [b[0], b[1], b[2]], [c[0], c[1], c[2]], [d[0], d[1], d[2]]]
     }
 
-    /// Returns how deep the places are along camera z, m.
-    #[inline]
-    pub(super) fn depth(&self, quad: &Quad) -> [f32; 4] {
-        let [x, y, one] = self.patch.depth.map(f32x4::splat);
-        (quad.x * x + quad.y * y + one).to_array()
+    /// Puts how deep the places from part `part` on are along camera z, m, into `depths`.
+    #[inline(always)]
+    pub(super) fn depth(&self, part: usize, depths: &mut [f32]) {
+        let [toward_x, toward_y, one] = self.patch.depth.map(f32x4::splat);
+        for (k, depths) in depths.chunks_mut(PART).enumerate() {
+            let [x, y] = self.places(part + k);
+            let depth = (x * toward_x + y * toward_y + one).to_array();
+            depths.copy_from_slice(&depth[..depths.len()]);
+        }
     }
 }
 
@@ -216,7 +223,7 @@ fn quadratic(met: &[[[f64; 2]; 3]; 3], axis: usize) -> [f32x4; 3] {
 }
 
 /// Returns what stands before the powers of the column in row `t`.
-#[inline]
+#[inline(always)]
 fn powers(place: &[f32x4; 3], t: f32) -> [f32; 3] {
     let t = f32x4::splat(t);
     let [a, b, c, _] = ((place[2] * t + place[1]) * t + place[0]).to_array();

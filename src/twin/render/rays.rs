@@ -5,6 +5,8 @@
 //! ten-thousandth of a pixel. Four numbers fit the registers that every processor of this kind has, so the picture is
 //! the same on each.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use std::ops::{Add, Mul, Sub};
 
 use nalgebra::{Matrix3, Vector3};
@@ -24,23 +26,23 @@ pub(super) struct Four3 {
 
 impl Four3 {
     /// Returns the same four times.
-    #[inline]
+    #[inline(always)]
     pub(super) fn of(v: Vector3<f32>) -> Self {
         Self { x: f32x4::splat(v.x), y: f32x4::splat(v.y), z: f32x4::splat(v.z) }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn dot(self, other: Self) -> f32x4 {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn norm(self) -> f32x4 {
         self.dot(self).sqrt()
     }
 
     /// Returns them turned.
-    #[inline]
+    #[inline(always)]
     pub(super) fn turned(self, m: &Matrix3<f32>) -> Self {
         let row = |a: f32, b: f32, c: f32| {
             self.x * f32x4::splat(a) + self.y * f32x4::splat(b) + self.z * f32x4::splat(c)
@@ -53,7 +55,7 @@ impl Four3 {
     }
 
     /// Returns them turned back.
-    #[inline]
+    #[inline(always)]
     pub(super) fn turned_back(self, m: &Matrix3<f32>) -> Self {
         self.turned(&m.transpose())
     }
@@ -195,13 +197,13 @@ impl Plain {
     }
 
     /// Returns where rays from the eye along `d` (unit, world) enter its hull; infinite where they do not.
-    #[inline]
+    #[inline(always)]
     pub(super) fn entered(&self, d: Four3) -> f32x4 {
         self.form.span(Four3::of(self.eye), d.turned(&self.turn)).enter
     }
 
     /// Returns where rays from the eye along `d` (unit, world) meet it first, taking it as opaque; infinite where they do not.
-    #[inline]
+    #[inline(always)]
     pub(super) fn seen(&self, d: Four3) -> f32x4 {
         let (o, d) = (Four3::of(self.eye), d.turned(&self.turn));
         let outer = self.form.span(o, d);
@@ -215,14 +217,14 @@ impl Plain {
     }
 
     /// Returns places of the world in its frame.
-    #[inline]
+    #[inline(always)]
     fn placed(&self, o: Four3) -> Four3 {
         (o - Four3::of(self.origin)).turned(&self.turn)
     }
 
     /// Returns whether it may stand between the places `o` and a part of the lamp, `towards` its middle (unit, world), which is seen
     /// from them under half an angle of which `spread` is the sine.
-    #[inline]
+    #[inline(always)]
     pub(super) fn may_shade(&self, o: Four3, towards: Four3, spread: f32, reach: f32) -> bool {
         let (o, d) = (self.placed(o), towards.turned(&self.turn));
         let far2 = o.dot(o).to_array();
@@ -232,7 +234,7 @@ impl Plain {
     }
 
     /// Takes from `left` what it lets through no more than `through` of, for each of the directions to the lamp.
-    #[inline]
+    #[inline(always)]
     pub(super) fn darken(&self, from: Four3, through: f32, left: &mut [f32x4]) {
         let from = self.placed(from);
         for (left, to) in left.iter_mut().zip(&self.lamp) {
@@ -242,7 +244,7 @@ impl Plain {
     }
 
     /// Returns which rays from `o` along `d` (unit), in its frame, it stands in the way of.
-    #[inline]
+    #[inline(always)]
     fn is_between(&self, o: Four3, d: Four3) -> f32x4 {
         let outer = self.form.span(o, d);
         let least = f32x4::splat(1e-6);
@@ -260,7 +262,7 @@ impl Plain {
     }
 
     /// Returns which of the places `o` in the hollow of a vessel see out by its mouth along `d` (unit, world).
-    #[inline]
+    #[inline(always)]
     pub(super) fn sees_out(&self, o: Four3, d: Four3) -> f32x4 {
         let Some(hole) = &self.hole else { return f32x4::splat(0.0) };
         let (o, d) = ((o - Four3::of(self.origin)).turned(&self.turn), d.turned(&self.turn));
@@ -269,7 +271,7 @@ impl Plain {
     }
 
     /// Returns how the surface lies where rays from the eye meet it at `t`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn surface(&self, d: Four3, t: f32x4) -> Lie {
         let (o, d) = (Four3::of(self.eye), d.turned(&self.turn));
         let at = o + d * t;

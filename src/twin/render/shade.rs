@@ -2,6 +2,8 @@
 //!
 //! They are worked out on a grid, whose cells are asked in rows; between them light is interpolated.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use std::ops::Range;
 
 use nalgebra::Vector3;
@@ -218,7 +220,7 @@ impl Shade {
     }
 
     /// Returns what [`Self::light_table`] made, at four places.
-    #[inline]
+    #[inline(always)]
     pub(super) fn four(&self, x: f32x4, y: f32x4) -> [f32x4; 4] {
         let per = f32x4::splat((1.0 / self.cell) as f32);
         let place = |at: f32x4, low: f64, n: usize| {
@@ -239,7 +241,7 @@ impl Shade {
     }
 
     /// Returns a value between four cells, of which `at` is the lowest.
-    #[inline]
+    #[inline(always)]
     fn between(&self, cells: &[[f32; 4]], at: usize, part: [f32; 2]) -> f32x4 {
         let [fu, fv] = part.map(f32x4::splat);
         let (near, far) = (&cells[at..][..2], &cells[at + self.columns..][..2]);
