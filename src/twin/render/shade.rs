@@ -14,6 +14,7 @@ use super::cast::Figure;
 use super::options::Options;
 use super::scene::Thing;
 use super::view::{Light, TABLE, View, WATER};
+use crate::motion::widest;
 
 /// How much of the lamp and of the room each place of the table sees.
 pub(super) struct Shade {
@@ -61,27 +62,32 @@ impl Shade {
             let lamp: Vec<_> = lamp.into_iter().map(shadows).collect();
             let dome: Vec<_> = dome.into_iter().map(shadows).collect();
             cells.par_chunks_mut(columns).enumerate().for_each(|(row, cells)| {
-                let y = low[1] + (row as f64 - 0.5) * cell;
-                let mut seen = vec![1.0_f32; cells.len()];
-                for (directions, is_lamp) in [(&lamp, true), (&dome, false)] {
-                    let part = 1.0 / directions.len() as f32;
-                    for (d, shadows) in directions {
-                        let (mut from, mut to) = (cells.len(), 0);
-                        for shadow in shadows {
-                            let dark = shadow.darken(*d, y, (low[0], cell), &mut seen);
-                            (from, to) = (from.min(dark.start), to.max(dark.end));
-                        }
-                        for k in from..to {
-                            let loss = part * (1.0 - seen[k]);
-                            if is_lamp {
-                                cells[k][0] -= loss;
-                            } else {
-                                cells[k][1] -= 0.85 * loss;
+                widest(
+                    #[inline(always)]
+                    || {
+                        let y = low[1] + (row as f64 - 0.5) * cell;
+                        let mut seen = vec![1.0_f32; cells.len()];
+                        for (directions, is_lamp) in [(&lamp, true), (&dome, false)] {
+                            let part = 1.0 / directions.len() as f32;
+                            for (d, shadows) in directions {
+                                let (mut from, mut to) = (cells.len(), 0);
+                                for shadow in shadows {
+                                    let dark = shadow.darken(*d, y, (low[0], cell), &mut seen);
+                                    (from, to) = (from.min(dark.start), to.max(dark.end));
+                                }
+                                for k in from..to {
+                                    let loss = part * (1.0 - seen[k]);
+                                    if is_lamp {
+                                        cells[k][0] -= loss;
+                                    } else {
+                                        cells[k][1] -= 0.85 * loss;
+                                    }
+                                    seen[k] = 1.0;
+                                }
                             }
-                            seen[k] = 1.0;
                         }
-                    }
-                }
+                    },
+                )
             });
         }
         let mut shade =
@@ -152,19 +158,24 @@ impl Shade {
     fn softened(&self, shines: impl Fn(Vector3<f64>) -> f32 + Sync) -> Vec<[f32; 4]> {
         let mut cells = self.cells.clone();
         cells.par_chunks_mut(self.columns).enumerate().for_each(|(row, cells)| {
-            let is_inner = row > 0 && row < self.rows - 1;
-            for (column, cell) in cells.iter_mut().enumerate() {
-                if is_inner && column > 0 && column < self.columns - 1 {
-                    let mut sum = [0.0; 2];
-                    for j in row - 1..=row + 1 {
-                        for near in &self.cells[j * self.columns + column - 1..][..3] {
-                            sum = [sum[0] + near[0], sum[1] + near[1]];
+            widest(
+                #[inline(always)]
+                || {
+                    let is_inner = row > 0 && row < self.rows - 1;
+                    for (column, cell) in cells.iter_mut().enumerate() {
+                        if is_inner && column > 0 && column < self.columns - 1 {
+                            let mut sum = [0.0; 2];
+                            for j in row - 1..=row + 1 {
+                                for near in &self.cells[j * self.columns + column - 1..][..3] {
+                                    sum = [sum[0] + near[0], sum[1] + near[1]];
+                                }
+                            }
+                            (cell[0], cell[1]) = (sum[0] / 9.0, sum[1] / 9.0);
                         }
+                        cell[2] = shines(self.centre(column, row));
                     }
-                    (cell[0], cell[1]) = (sum[0] / 9.0, sum[1] / 9.0);
-                }
-                cell[2] = shines(self.centre(column, row));
-            }
+                },
+            )
         });
         cells
     }
@@ -181,20 +192,26 @@ impl Shade {
         self.bends = vec![0.0; self.cells.len()];
         let at = |k: usize| f32x4::from(self.table[k]);
         self.bends.par_chunks_mut(columns).enumerate().for_each(|(row, bends)| {
-            if row == 0 || row == rows - 1 {
-                return;
-            }
-            for (column, bend) in bends.iter_mut().enumerate().take(columns - 1).skip(1) {
-                let k = row * columns + column;
-                let here = at(k);
-                let (left, right) = (at(k - 1), at(k + 1));
-                let (above, below) = (at(k - columns), at(k + columns));
-                let across = left + right - here - here;
-                let down = above + below - here - here;
-                let turned = here - left - above + at(k - columns - 1);
-                let most = across.abs().fast_max(down.abs()).fast_max(turned.abs()).to_array();
-                *bend = most[0].max(most[1]).max(most[2].max(most[3]));
-            }
+            widest(
+                #[inline(always)]
+                || {
+                    if row == 0 || row == rows - 1 {
+                        return;
+                    }
+                    for (column, bend) in bends.iter_mut().enumerate().take(columns - 1).skip(1) {
+                        let k = row * columns + column;
+                        let here = at(k);
+                        let (left, right) = (at(k - 1), at(k + 1));
+                        let (above, below) = (at(k - columns), at(k + columns));
+                        let across = left + right - here - here;
+                        let down = above + below - here - here;
+                        let turned = here - left - above + at(k - columns - 1);
+                        let most =
+                            across.abs().fast_max(down.abs()).fast_max(turned.abs()).to_array();
+                        *bend = most[0].max(most[1]).max(most[2].max(most[3]));
+                    }
+                },
+            )
         });
     }
 

@@ -229,8 +229,7 @@ fn plain_row(
             for first in (0..n).step_by(PART) {
                 let (d, length) = eye.lens.four_rays((u + first, v), BESIDE.map(f32x4::from));
                 let seen = eye.stage.see_four(d, candidates.things);
-                let looks =
-                    eye.stage.look_four(d, seen, candidates.marks, Asked::ALL, &mut known);
+                let looks = eye.stage.look_four(d, seen, candidates.marks, Asked::ALL, &mut known);
                 let length = length.to_array();
                 for (k, at) in (first..(first + PART).min(n)).enumerate() {
                     stretch.light[at] = looks.light[k];

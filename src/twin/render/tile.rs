@@ -5,9 +5,12 @@
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use wide::f32x4;
 
 use super::lens::Lens;
+use super::rays::Four3;
 use super::trace::{Candidates, Stage};
+use crate::world::Table;
 
 /// Edge of a square, px.
 pub(super) const TILE: usize = 16;
@@ -85,31 +88,34 @@ impl Tile {
 /// Returns the squares of a picture of `width` × `height` px, row by row.
 pub(super) fn tiles(stage: &Stage<'_>, lens: &Lens, width: usize, height: usize) -> Vec<Tile> {
     let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
-    let tile = |k: usize| {
-        let (u, v) = (((k % columns) * TILE) as f64, ((k / columns) * TILE) as f64);
-        tile(stage, lens, u, v)
-    };
+    let tile = |k: usize| tile(stage, lens, (k % columns) * TILE, (k / columns) * TILE);
     (0..columns * rows).into_par_iter().with_min_len(64).map(tile).collect()
 }
 
-fn tile(stage: &Stage<'_>, lens: &Lens, u: f64, v: f64) -> Tile {
+fn tile(stage: &Stage<'_>, lens: &Lens, u: usize, v: usize) -> Tile {
     let square = Square::new(lens, u, v, TILE);
     let mut things: Vec<u32> = (0..stage.things.len() as u32).collect();
     things.retain(|&k| square.meets(stage, k));
-    let marks = stage.marks.iter().enumerate().filter(|(_, mark)| {
-        let to = Vector3::new(mark.x, mark.y, 0.0) - square.eye;
-        let (along, far) = (to.dot(&square.axis), to.norm() + mark.radius);
-        let reach = mark.radius + square.slope * far;
-        to.norm_squared() - along * along <= reach * reach
-    });
+    let marks = stage.marks.iter().enumerate().filter(|_| things.first() == Some(&0)).filter(
+        |(_, mark)| {
+            let to = Vector3::new(mark.x, mark.y, 0.0) - square.eye;
+            let (along, far) = (to.dot(&square.axis), to.norm() + mark.radius);
+            let reach = mark.radius + square.slope * far;
+            to.norm_squared() - along * along <= reach * reach
+        },
+    );
     let marks = marks.map(|(k, _)| k as u32).collect();
     let content = square.content(stage, lens, &things);
     let (n_things, mut parts) = (things.len(), Vec::new());
-    if content == Content::Things && n_things > 0 {
+    let is_mixed = match content {
+        Content::Room(_) => false,
+        Content::Table => !square.is_on(&stage.table),
+        Content::Things => n_things > 0,
+    };
+    if is_mixed {
         parts.reserve(PARTS * PARTS);
         for k in 0..PARTS * PARTS {
-            let at = |k: usize| (k * PART) as f64;
-            let square = Square::new(lens, u + at(k % PARTS), v + at(k / PARTS), PART);
+            let square = Square::new(lens, u + k % PARTS * PART, v + k / PARTS * PART, PART);
             let from = things.len();
             for k in 0..n_things {
                 if square.meets(stage, things[k]) {
@@ -133,25 +139,40 @@ struct Square {
     axis: Vector3<f64>,
     /// The tangent of half the cone's angle.
     slope: f64,
+    /// The rays about its corners.
+    corners: Four3,
 }
 
 /// Corners in the order of [`Content::Room`].
 const CORNERS: [(f64, f64); 4] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
 
 impl Square {
-    fn new(lens: &Lens, u: f64, v: f64, size: usize) -> Self {
-        let size = size as f64;
+    fn new(lens: &Lens, u: usize, v: usize, size: usize) -> Self {
+        let place = (u, v);
+        let (u, v, size) = (u as f64, v as f64, size as f64);
         let axis = lens.direction(u + size / 2.0, v + size / 2.0).normalize();
         // A pixel more on every side: looks go half a pixel beyond, and lines bow a little between corners.
-        let cos = CORNERS
-            .map(|(x, y)| {
-                let reach = |at: f64| at * (size + 2.0) - 1.5;
-                lens.direction(u + reach(x), v + reach(y)).normalize().dot(&axis)
-            })
-            .into_iter()
-            .fold(1.0, f64::min);
+        let (low, high) = (-1.5, size as f32 + 0.5);
+        let beside = [[low, high, low, high], [low, low, high, high]];
+        let (corners, _) = lens.four_rays(place, beside.map(f32x4::from));
+        let off = (corners - Four3::of(axis.cast())).norm().to_array();
+        // More than single precision rounds off, and far less than a pixel.
+        let chord = f64::from(off[0].max(off[1]).max(off[2].max(off[3]))) + 1e-6;
+        let cos = 1.0 - chord * chord / 2.0;
         let slope = (1.0 - cos * cos).max(0.0).sqrt() / cos;
-        Self { u, v, size, eye: lens.centre, axis, slope }
+        Self { u, v, size, eye: lens.centre, axis, slope, corners }
+    }
+
+    /// Returns whether every ray through it meets the table's top.
+    fn is_on(&self, table: &Table) -> bool {
+        let (x, y, z) = (self.corners.x, self.corners.y, self.corners.z);
+        let far = f32x4::splat(-self.eye.z as f32) / z;
+        let (x, y) = ((x * far).to_array(), (y * far).to_array());
+        let is_seen = |k: usize| {
+            let at = [self.eye.x + f64::from(x[k]), self.eye.y + f64::from(y[k])];
+            far.to_array()[k] > 0.0 && table.holds(at[0], at[1], 1e-3)
+        };
+        (0..4).all(is_seen)
     }
 
     fn meets(&self, stage: &Stage<'_>, thing: u32) -> bool {
@@ -173,5 +194,70 @@ impl Square {
             [0] => Content::Table,
             _ => Content::Things,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Isometry3;
+
+    use super::*;
+    use crate::twin::render::{Body, Light, Options, Paint, Shape, View};
+    use crate::world::{Camera, Intrinsics, Mark};
+
+    /// Things of every size before, beside and behind the camera, around it, and close to it.
+    #[test]
+    fn squares_leave_out_nothing_that_is_seen() {
+        let (mut met, mut left_out) = (0, 0);
+        for scene in 0..12 {
+            let wave = |k: f64| (f64::from(scene) * 1.7 + k * 2.3).sin();
+            let body = |k: usize| {
+                let a = k as f64;
+                let size = 10_f64.powf(1.5 * wave(a + 0.1) - 1.2);
+                let shape = match k % 3 {
+                    0 => Shape::Cuboid(Vector3::new(size, 0.4 * size, 0.7 * size)),
+                    1 => Shape::Cylinder { radius: 0.3 * size, length: size },
+                    _ => Shape::Capsule { radius: 0.2 * size, length: size },
+                };
+                let place = Vector3::new(2.0 * wave(a), 2.0 * wave(a + 0.3), 1.5 * wave(a + 0.7));
+                let turn = Vector3::new(wave(a + 0.2), wave(a + 0.4), wave(a + 0.6)) * 3.0;
+                let world_from_body = Isometry3::new(place, turn);
+                let paint = Paint::opaque([120; 3], 0.3);
+                Body { name: String::new(), shape, world_from_body, paint }
+            };
+            let view = View {
+                table: Table {
+                    size: Vector3::new(0.9, 0.7, 0.03),
+                    centre: [0.5, 0.0],
+                    colour: [200, 176, 144],
+                },
+                marks: vec![Mark { x: 0.4, y: 0.1, radius: 0.05 }],
+                bodies: (0..15).map(body).collect(),
+                water: Vec::new(),
+                particle_radius: 0.004,
+                light: Light::default(),
+                marker: None,
+            };
+            let mut intrinsics = Intrinsics::centred(60.0, 72, 50);
+            intrinsics.k1 = -0.1;
+            let eye = Vector3::new(1.2 + 0.3 * wave(9.0), 0.3 * wave(8.0), 0.8);
+            let camera = Camera::looking(intrinsics, eye, Vector3::new(0.5, 0.0, 0.05));
+            let lens = Lens::new(&camera);
+            let stage = Stage::new(&view, Options::quick(), lens.centre);
+            let tiles = tiles(&stage, &lens, 72, 50);
+            for (u, v) in (0..50).flat_map(|v| (0..72).map(move |u| (u, v))) {
+                let (_, candidates) = tiles[v / TILE * 5 + u / TILE].part(u % TILE, v % TILE);
+                // Looks at an edge go half a pixel to either side.
+                for (x, y) in [(-0.5, -0.5), (0.0, 0.0), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)] {
+                    let d = lens.direction(u as f64 + x, v as f64 + y).normalize();
+                    let some = stage.see(lens.centre, d, Some(candidates), 0);
+                    let all = stage.see(lens.centre, d, None, 0);
+                    assert_eq!(some.surface(), all.surface(), "scene {scene}: {u} {v} {x} {y}");
+                    met += usize::from(all.surface() != 0);
+                }
+                left_out += stage.things.len() - candidates.things.len();
+            }
+        }
+        assert!(met > 0 && left_out > 0, "{met} met, {left_out} left out");
     }
 }

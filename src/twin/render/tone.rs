@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use nalgebra::Vector3;
-use wide::f32x4;
+use wide::{f32x4, i32x4};
 
 /// The sRGB transfer function: linear light (clamped to 0–1) to 0–1.
 pub fn srgb(x: f32) -> f32 {
@@ -22,7 +22,7 @@ pub fn develop(light: &[f32], bytes: &mut [u8]) {
             * f32x4::splat(STEPS)
             + f32x4::splat(0.5);
         // Written out: a closure over an array is a call.
-        let steps = steps.fast_trunc_int().to_array();
+        let steps = (steps.fast_trunc_int() & i32x4::splat(16383)).to_array();
         for k in 0..4 {
             bytes[k] = table[steps[k] as usize & 16383];
         }
