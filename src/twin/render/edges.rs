@@ -1,7 +1,5 @@
 //! Pixels where surfaces meet, looked at many times, so that an edge lies where it belongs to a small fraction of a pixel.
 
-#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
-
 use wide::f32x4;
 
 use super::Drawing;

@@ -87,7 +87,7 @@ impl Shade {
                             }
                         }
                     },
-                )
+                );
             });
         }
         let mut shade =
@@ -175,7 +175,7 @@ impl Shade {
                         cell[2] = shines(self.centre(column, row));
                     }
                 },
-            )
+            );
         });
         cells
     }
@@ -211,7 +211,7 @@ impl Shade {
                         *bend = most[0].max(most[1]).max(most[2].max(most[3]));
                     }
                 },
-            )
+            );
         });
     }
 
