@@ -14,7 +14,7 @@ use crate::workcell::{Run, archive, film, picture, record};
 
 #[cfg(feature = "arrow")]
 use super::cell;
-use super::inputs::data;
+use super::inputs::arm_rows;
 use super::shared::Shared;
 use crate::report::exit::Exit;
 
@@ -46,7 +46,7 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     // A run that ended before the arm was asked anything has none.
     let rows = dir.join("arm.csv");
-    let arm = if rows.exists() { data(&rows)? } else { String::new() };
+    let arm = if rows.exists() { arm_rows(&rows)? } else { String::new() };
     let picture =
         |name: &str| files::read::bytes(&picture::file(&dir, name), files::read::DATA).ok();
     let film = film::read(&dir);

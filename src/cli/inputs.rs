@@ -6,7 +6,7 @@ use crate::files;
 use crate::language::ast::{Item, Step};
 use crate::language::{self, Source};
 use crate::report::{self, Failure, Style};
-use crate::workcell;
+use crate::workcell::{self, record};
 use crate::world::Scene;
 
 /// Reads a text file, with an error that says which and why.
@@ -18,6 +18,11 @@ pub(super) fn read(path: &Path) -> Result<String, Failure> {
 pub(super) fn data(path: &Path) -> Result<String, Failure> {
     let text = files::read::text_of(path, files::read::DATA);
     text.map_err(|error| Failure::unread(path, &error))
+}
+
+/// Reads the rows of the arm that a run kept, without a last one that is there by half.
+pub(super) fn arm_rows(path: &Path) -> Result<String, Failure> {
+    data(path).map(record::whole_rows)
 }
 
 /// Returns the scene of a file, or the kitchen when none is named.

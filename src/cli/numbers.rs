@@ -25,8 +25,23 @@ pub(super) fn beat(text: &str) -> Result<f64, String> {
 
 /// Reads how many plans are tried.
 pub(super) fn candidates(text: &str) -> Result<usize, String> {
-    let n: i64 = text.parse().map_err(|_| "it is not a whole number".to_owned())?;
-    if (1..=64).contains(&n) { Ok(n as usize) } else { Err("it should be from 1 to 64".to_owned()) }
+    whole(text, 64).map(|n| n as usize)
+}
+
+/// Reads how many laboratories are tried.
+pub(super) fn tries(text: &str) -> Result<u64, String> {
+    whole(text, 100_000)
+}
+
+/// Reads what all chance comes from.
+pub(super) fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("it should be a whole number from 0 to {}", u64::MAX))
+}
+
+fn whole(text: &str, most: u64) -> Result<u64, String> {
+    let n: i128 = text.parse().map_err(|_| "it is not a whole number".to_owned())?;
+    let said = || format!("it should be from 1 to {most}");
+    u64::try_from(n).ok().filter(|n| (1..=most).contains(n)).ok_or_else(said)
 }
 
 fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
@@ -50,5 +65,9 @@ mod tests {
         assert!(seconds("soon").is_err());
         assert!(millilitres("-1").is_err() && millilitres("1e9").is_err());
         assert_eq!(candidates("-3").unwrap_err(), "it should be from 1 to 64");
+        assert_eq!(tries("100001").unwrap_err(), "it should be from 1 to 100000");
+        assert_eq!(tries("some").unwrap_err(), "it is not a whole number");
+        assert_eq!(seed("0"), Ok(0));
+        assert!(seed("-1").unwrap_err().starts_with("it should be a whole number from 0"));
     }
 }

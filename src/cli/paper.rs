@@ -40,7 +40,7 @@ pub(super) enum PaperCommand {
 #[derive(Debug, Args)]
 pub(super) struct CornersArgs {
     /// How many laboratories: those of the seeds from `--seed` on.
-    #[arg(long, short, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, short, value_name = "N", default_value_t = 20, value_parser = numbers::tries)]
     n: u64,
     /// Where the table is written, as Markdown and as JSON.
     #[arg(long, short, value_name = "FOLDER", default_value = "docs/paper")]
@@ -50,7 +50,7 @@ pub(super) struct CornersArgs {
 #[derive(Debug, Args)]
 pub(super) struct RunsArgs {
     /// How many laboratories: those of the seeds from `--seed` on. Those whose runs are kept already are not run again.
-    #[arg(long, short, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, short, value_name = "N", default_value_t = 3, value_parser = numbers::tries)]
     n: u64,
     /// Where the table is written, as Markdown and as JSON.
     #[arg(long, short, value_name = "FOLDER", default_value = "docs/paper")]

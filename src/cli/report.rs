@@ -13,6 +13,7 @@ use crate::report::{self, Failure, Style, kept};
 use crate::trace::jpeg;
 use crate::workcell::{Run, archive, film, picture};
 
+use super::inputs::arm_rows;
 use super::shared::Shared;
 use crate::report::exit::Exit;
 
@@ -44,7 +45,7 @@ pub(super) fn report(args: &ReportArgs, cli: &Shared, style: Style) -> Result<Ex
 pub(super) fn whole(dir: &Path, run: &Run) -> String {
     let graph = files::read::text(&dir.join("graph.svg")).ok();
     let picture = |name: &str| address(&picture::file(dir, name));
-    let arm = files::read::text(&dir.join("arm.csv")).unwrap_or_default();
+    let arm = arm_rows(&dir.join("arm.csv")).unwrap_or_default();
     let film = film::read(dir);
     page(run, &Material { graph: graph.as_deref(), arm: &arm, film, picture: Some(&picture) })
 }

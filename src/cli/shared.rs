@@ -30,7 +30,7 @@ pub(super) struct Common {
     #[arg(long, short, global = true, help_heading = EVERYWHERE, conflicts_with = "quiet")]
     pub(super) verbose: bool,
     /// All chance comes from this number.
-    #[arg(long, global = true, help_heading = EVERYWHERE, default_value_t = 1)]
+    #[arg(long, global = true, help_heading = EVERYWHERE, default_value_t = 1, value_parser = numbers::seed)]
     pub(super) seed: u64,
 }
 

@@ -43,7 +43,7 @@ pub(super) struct TrialsArgs {
     #[arg(long, value_name = "FILE|CALL")]
     task: Option<String>,
     /// How many laboratories: those of the seeds from `--seed` on.
-    #[arg(long, short, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, short, value_name = "N", default_value_t = 20, value_parser = numbers::tries)]
     n: u64,
     /// Only part I of N of them, for several machines: `1/4`.
     #[arg(long, value_name = "I/N")]

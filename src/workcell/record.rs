@@ -69,6 +69,12 @@ impl Growing {
     }
 }
 
+/// Takes away what a program that was killed while it wrote left of a last row of `arm.csv`.
+pub fn whole_rows(mut rows: String) -> String {
+    rows.truncate(rows.rfind('\n').map_or(0, |end| end + 1));
+    rows
+}
+
 /// Returns whether somebody writes to a run folder now.
 pub fn is_going_on(dir: &Path) -> bool {
     let events = File::open(dir.join(EVENTS));

@@ -16,7 +16,7 @@ use crate::workcell::{self, Run, carried, poured};
 use crate::world::Scene;
 
 use super::super::cell::stdlib;
-use super::super::inputs::{data, read};
+use super::super::inputs::{arm_rows, data, read};
 use super::super::shared::Shared;
 use super::{GapArgs, failure};
 
@@ -198,7 +198,9 @@ fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
     if path.extension().is_some_and(|extension| extension == "mcap") {
         return bag_at(path, &name, sidecar, map).map(|recording| vec![recording]);
     }
-    Recording::read_runs(&name, &data(path)?, sidecar, map).map_err(|error| failure(&error))
+    let is_of_a_run = path.file_name().is_some_and(|file| file == "arm.csv");
+    let text = if is_of_a_run { arm_rows(path)? } else { data(path)? };
+    Recording::read_runs(&name, &text, sidecar, map).map_err(|error| failure(&error))
 }
 
 #[cfg(feature = "bags")]
