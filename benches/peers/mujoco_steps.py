@@ -40,8 +40,7 @@ def prepared(holding):
         # The jar is put between the jaws, upright, and gripped with 20 N.
         at = model.joint(model.body("jar").jntadr[0]).qposadr[0]
         left, right = (data.body(name).xpos for name in ("left_jaw_link", "right_jaw_link"))
-        tip = data.site("tool").xpos if any(model.site(i).name == "tool" for i in range(model.nsite)) else None
-        place = tip if tip is not None else (left + right) / 2 + 0.04 * data.body("gripper_base_link").xmat.reshape(3, 3)[:, 2]
+        place = (left + right) / 2 + 0.04 * data.body("gripper_base_link").xmat.reshape(3, 3)[:, 2]
         data.qpos[at:at + 3] = place - np.array([0, 0, 0.07])
         side = (right - left) / np.linalg.norm(right - left)
         yaw = np.arctan2(side[1], side[0])

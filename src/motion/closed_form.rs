@@ -11,7 +11,7 @@
 //! angles to the end. Joint 7 says where axis 6 lies, and so the wrist centre. What a wrist centre that is a little elsewhere
 //! does to the joints follows by the same triangles (Newton's method), so two passes are enough away from singular poses.
 //!
-//! Whether an arm is of this kind is found in [`super::axes`]; a pass is [`super::triangles`].
+//! Whether an arm is of this kind is found in `axes`; a pass is `triangles`.
 //!
 //! Source: derived here from the joint origins; the sub-problems are those of Paden and Kahan (Murray,
 //! Li and Sastry, *A Mathematical Introduction to Robotic Manipulation*, 1994, §3.2).

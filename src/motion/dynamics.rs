@@ -4,7 +4,7 @@
 //! axis: what crosses a joint is turned in two planes, and what the joint feels is one number of it. Rotor inertia and friction are not here: no value for the Gen3 is
 //! published, and finding them is what the twin's effects are for.
 //!
-//! Both recursions are here once, over a [`Linkage`]: a robot's, where what `q` does not drive is rigid, and the twin's,
+//! Both recursions are here once, over a `Linkage`: a robot's, where what `q` does not drive is rigid, and the twin's,
 //! whose jaws are joints as well.
 //!
 //! Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008: RNEA §5.3, CRBA §6.2.
