@@ -1,4 +1,4 @@
-//! The parts of a robot ([`super::robot`]): its links, its joints and their limits, as they were read.
+//! The parts of a robot ([`super::robot`]): its links, its joints and their limits, as they were read. Where they stand is not known here.
 
 use nalgebra::{Isometry3, Unit, Vector3};
 

@@ -1,4 +1,4 @@
-//! Where the jaws are going, and how they begin to.
+//! Where the jaws are going, and how they begin to. What they touch and hold is `physics`.
 
 use super::{Error, GripperSettings, Twin};
 

@@ -1,4 +1,4 @@
-//! What encoders and torque sensors in the joints say, and what the joints carry.
+//! What encoders and torque sensors in the joints say, and what the joints carry; without noise, which is the laboratory's.
 
 use nalgebra::Vector3;
 

@@ -21,7 +21,7 @@ task hold(o: Graspable) {
 ";
 
 /// A laboratory as assumed, but for finger pads more slippery than wet ice: with 0.008 the jar slides down and stands in those of seeds 1
-/// to 6; with 0.004 and 0.006 it is not found again in most of them, with 0.01 it is moved by 5 cm and more.
+/// to 6; with 0.004 and 0.006 it is not found again in most of them, with 0.01 it is moved aside by some 5 cm and more.
 fn slippery() -> LabSettings {
     let mut lab = LabSettings::perfect();
     lab.switches = lab::Switches { surfaces: true, ..lab.switches };

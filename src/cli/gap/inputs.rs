@@ -12,7 +12,7 @@ use crate::language::Source;
 use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
 use crate::workcell::archive;
-use crate::workcell::{self, Run, carried, poured};
+use crate::workcell::{self, Run, carried, poured, record};
 use crate::world::Scene;
 
 use super::super::cell::stdlib;
@@ -198,7 +198,9 @@ fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
     if path.extension().is_some_and(|extension| extension == "mcap") {
         return bag_at(path, &name, sidecar, map).map(|recording| vec![recording]);
     }
-    let is_of_a_run = path.file_name().is_some_and(|file| file == "arm.csv");
+    // Who else calls a file so may have ended it without a line's end.
+    let is_of_a_run = path.file_name().is_some_and(|file| file == "arm.csv")
+        && path.with_file_name(record::EVENTS).is_file();
     let text = if is_of_a_run { arm_rows(path)? } else { data(path)? };
     Recording::read_runs(&name, &text, sidecar, map).map_err(|error| failure(&error))
 }
