@@ -13,9 +13,9 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 
+use super::evidence::Hidden;
 use super::outline::{ObjectPose, Projector};
 use super::picture::{Picture, median};
-use super::placement::Hidden;
 use super::refine::{Edge, INDEPENDENT_PX, look};
 use crate::world::{Material, Shape};
 

@@ -15,10 +15,10 @@ use image::{GrayImage, RgbImage};
 use nalgebra::{Vector2, Vector3};
 use thiserror::Error as ThisError;
 
+use super::evidence::Hidden;
 use super::key_points::{Contour, Refused};
 use super::outline::{ObjectPose, Outline, Projector};
 use super::picture::Picture;
-use super::placement::Hidden;
 use super::refine::strongest;
 use super::segment::{Prompt, segment};
 use crate::fit::{self, Fit, Loss, Residuals};

@@ -36,6 +36,7 @@ pub mod chessboard;
 pub mod boards;
 pub mod ball;
 pub mod outline;
+pub mod evidence;
 pub mod placement;
 pub mod choice;
 mod likeness;

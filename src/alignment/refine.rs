@@ -10,9 +10,9 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
+use super::evidence::Hidden;
 use super::outline::{Kind, ObjectPose, Outline, Projector};
 use super::picture::{Picture, median};
-use super::placement::Hidden;
 use crate::world::{Material, Shape};
 
 /// A placement fitted to edges.

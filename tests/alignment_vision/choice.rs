@@ -1,7 +1,8 @@
 //! Choosing one place for each of several things.
 
 use trueup::alignment::choice::assign;
-use trueup::alignment::placement::{Candidate, Score};
+use trueup::alignment::evidence::Score;
+use trueup::alignment::placement::Candidate;
 
 fn at(x: f64, total: f64) -> Candidate {
     let score = Score { total, ..Score::default() };

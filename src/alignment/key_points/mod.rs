@@ -18,9 +18,9 @@ use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 use thiserror::Error as ThisError;
 
 use super::contour::{Border, Smoothness};
+use super::evidence::Hidden;
 use super::outline::{ObjectPose, Outline, Projector};
 use super::picture::Picture;
-use super::placement::Hidden;
 use super::refine::strongest;
 use crate::fit;
 use crate::world::{Material, Object, Shape};

@@ -6,7 +6,8 @@
 
 use nalgebra::Vector3;
 
-use crate::alignment::placement::{Candidate, Evidence};
+use crate::alignment::evidence::Evidence;
+use crate::alignment::placement::Candidate;
 use crate::world::{Object, Shape};
 
 /// What a picture says for and against a thing being what stands at a place.

@@ -9,9 +9,10 @@ use super::probability::{self, Says};
 use super::{Checks, FOUND, MaskIs, Sighting, Way, belief, wording};
 use crate::alignment::contour::Smoothness;
 use crate::alignment::doubt::{Doubt, TableDoubt};
+use crate::alignment::evidence::{Evidence, Score};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
-use crate::alignment::placement::{Candidate, Evidence, LOSS, Score};
+use crate::alignment::placement::{Candidate, LOSS};
 use crate::world::{Material, Object, Table};
 
 /// Returns a sighting that says nothing was seen.

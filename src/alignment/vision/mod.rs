@@ -31,9 +31,10 @@ use serde::Serialize;
 use thiserror::Error as ThisError;
 
 use super::doubt::{Doubt, Meaning, TableDoubt};
+use super::evidence::Score;
 use super::key_points::Refused;
 use super::outline::ObjectPose;
-use super::placement::{Score, Window};
+use super::placement::Window;
 use crate::world::{Camera, Scene};
 use together::Sought;
 

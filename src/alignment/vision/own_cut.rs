@@ -4,10 +4,10 @@
 use image::GrayImage;
 use nalgebra::Vector2;
 
+use crate::alignment::evidence::Evidence;
 use crate::alignment::key_points::{self, Placed};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
-use crate::alignment::placement::Evidence;
 use crate::alignment::segment::{BORDERS, Expect, agreement, cut, inside};
 
 /// A cut of an object, the picture's own or one that somebody else offered, and where its contour's key points put it.

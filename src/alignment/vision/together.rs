@@ -10,9 +10,10 @@ use rayon::prelude::*;
 
 use super::super::choice::{assign, overlap};
 use super::super::doubt::Doubt;
+use super::super::evidence::{Evidence, Hidden};
 use super::super::outline::{Outline, Projector};
 use super::super::picture::Picture;
-use super::super::placement::{Candidate, Evidence, Hidden, Searched, Window};
+use super::super::placement::{Candidate, Searched, Window};
 use super::super::plane::Plane;
 use super::{FOUND, Options, Sighting, belief, judge};
 use crate::world::{Camera, Object, Pose, Table};

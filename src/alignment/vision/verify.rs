@@ -6,9 +6,9 @@ use image::{GrayImage, RgbImage};
 use nalgebra::Vector2;
 
 use super::{Error, Look, Support, belief};
+use crate::alignment::evidence::{Evidence, Hidden};
 use crate::alignment::outline::{Kind, ObjectPose};
 use crate::alignment::picture::{ROBUST, median};
-use crate::alignment::placement::{Evidence, Hidden};
 use crate::alignment::refine::strongest;
 use crate::world::{Camera, Object, Scene};
 
@@ -18,7 +18,7 @@ const BORDER_PX: f64 = 2.0;
 /// Points on each edge of the outline, as where a placement is scored at full size.
 const POINTS: usize = 16;
 /// An edge counts in full at this gradient, CIELAB/px, and is looked for so far from the outline, px. Chosen: between
-/// clear and opaque things of [`crate::alignment::placement`], and some millimetres, which is what a hand may hold a
+/// clear and opaque things of [`crate::alignment::evidence`], and some millimetres, which is what a hand may hold a
 /// thing askew (8 px are 1 cm in the kitchen). With half the reach that is not seen as a shift, with twice as much a
 /// finger's edge is.
 const LOOK: (f64, f64) = (2.0, 8.0);

@@ -6,6 +6,8 @@
 mod brim;
 mod drawer;
 mod ends;
+mod felt;
+mod follow;
 mod grasp;
 mod grip;
 mod hollow;
@@ -19,12 +21,11 @@ mod work;
 
 use std::sync::Arc;
 
-use nalgebra::{DVector, Unit, Vector3};
+use nalgebra::{Unit, Vector3};
 
 use crate::motion::Error;
 use crate::motion::budget::Budget;
 use crate::motion::collision::{CollisionWorld, Obstacle};
-use crate::motion::dynamics::{Bodies, Dynamics, GRAVITY};
 use crate::motion::escape;
 use crate::motion::free;
 use crate::motion::ik::{self, Solver};
@@ -38,8 +39,10 @@ use crate::world::{Pose, Shape, WorldState};
 use crate::trace::{NoWay, Why};
 
 use super::cell::Cell;
+use follow::follow;
 use grip::SHARES_UP;
 
+pub use felt::{force_at, force_of, gravity_torque, mass_of};
 pub use grasp::{Grasp, distance, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
@@ -90,17 +93,6 @@ const SWEEP: usize = 24;
 /// a joint by about 0.01 rad, far below [`JUMP`]. Chosen: with half of it every straight line costs twice as much to
 /// check; a jaw is 14 mm thick, and with twice as much it could be 5 mm deep in something between two looks.
 const STRAIGHT_STEP: f64 = 0.005;
-/// A continuous motion never moves a joint further than this between two poses, rad. The poses that are followed are
-/// 5 mm or 2 deg apart, so that a joint turns by some hundredths; near a singular position it may turn ten times as
-/// far. Chosen: with half of it ways past such positions are lost, with twice as much a change of branch may pass for
-/// motion.
-const JUMP: f64 = 0.25;
-/// The share of [`RESERVE`] that a path may come nearer to the end of a range than its beginning does. Chosen: at 1 no
-/// room is left to the end, at a quarter paths along an end break off where the curve would still be inside.
-const FOLLOWED: f64 = 0.5;
-/// How far joint 3 is moved, rad, in the order tried, when a pose has no solution where it is. Chosen: the small shift
-/// keeps the elbow nearly still, the large one is below half of [`JUMP`], so that the other joints may follow.
-const ELBOW_SHIFTS: [f64; 5] = [0.0, 0.04, -0.04, 0.1, -0.1];
 /// How high over its base an object must be reached to count as reachable: low as for taking it, as a share of its
 /// height (the first share at which it is grasped), and high as for pouring over it, m above its top. Chosen: a
 /// source that is held at 0.6 of 14 cm over a rim with 5 cm of room has the hand 13 cm above it. With half of it a
@@ -116,9 +108,6 @@ const UNKNOWN_HEIGHT: f64 = 0.1;
 /// The farthest that is told as out of reach, m: farther than any table is long. It keeps an infinite distance out of
 /// messages.
 const FARTHEST_TOLD: f64 = 9.99;
-/// The least square of the torques, (N·m/kg)², by which a mass can be told from them: a lever of 3 µm. Anything between
-/// rounding (1e-30) and the levers of an arm (a square of 1 is a lever of 0.1 m) would do.
-const LEAST_LEVER: f64 = 1e-9;
 
 /// What is in the hand may be off by so much, m: things put on others by a hand were 8 to 19 mm off (`docs/results.md`), and a
 /// jar that was led over the rim of a cup at less caught it and pulled it over.
@@ -469,121 +458,12 @@ impl Dropped {
     }
 }
 
-/// Returns the joint position nearest to `last` that brings the tip to a pose a small way off.
-///
-/// # Errors
-///
-/// How far out of reach the pose is, m; 0 when it can only be reached by a jump.
-pub fn follow(
-    solver: &Solver<'_>,
-    tip: &Pose<Base, Flange>,
-    last: &[f64],
-) -> Result<Vec<f64>, f64> {
-    if solver.closed_form().is_none() {
-        return follow_numerically(solver, tip, last).ok_or(0.0);
-    }
-    let step = |q: &Vec<f64>| distance(q, last);
-    let inside = |q: &Vec<f64>| solver.robot().outside_limits(q, -FOLLOWED * RESERVE).is_none();
-    let nearest = |found: Vec<Vec<f64>>| {
-        found.into_iter().filter(inside).min_by(|a, b| step(a).total_cmp(&step(b)))
-    };
-    // The elbow stays where it is while it can, and moves a little when it must.
-    for shift in ELBOW_SHIFTS {
-        let on_branch = nearest(solver.at_joint_3(tip, last[2] + shift, last));
-        if let Some(q) = on_branch.filter(|q| step(q) <= JUMP) {
-            return Ok(q);
-        }
-    }
-    let q = solver.nearest(tip, last).map_err(|unreachable| unreachable.nearest)?;
-    if step(&q) <= JUMP && inside(&q) { Ok(q) } else { Err(0.0) }
-}
-
-/// As [`follow`], for an arm without a closed form: from where it is, then from joint positions a little beside. Where
-/// none of these ends near, there is nothing to follow; a search from anywhere would only find a jump.
-fn follow_numerically(
-    solver: &Solver<'_>,
-    tip: &Pose<Base, Flange>,
-    last: &[f64],
-) -> Option<Vec<f64>> {
-    ELBOW_SHIFTS.into_iter().find_map(|shift| {
-        let mut start = last.to_vec();
-        if let Some(elbow) = start.get_mut(2) {
-            *elbow += shift;
-        }
-        let q = solver.descend_from(tip, &start, FOLLOWED * RESERVE)?;
-        (distance(&q, last) <= JUMP).then_some(q)
-    })
-}
-
 /// Returns poses every [`STRAIGHT_STEP`] along a straight line from `from` by `by` m, the start left out.
 fn straight(from: &Pose<World, Tool>, by: Vector3<f64>) -> Vec<Pose<World, Tool>> {
     let n = (by.norm() / STRAIGHT_STEP).ceil().max(1.0) as usize;
     (1..=n)
         .map(|i| Pose::from_parts(from.origin() + by * (i as f64 / n as f64), from.rotation()))
         .collect()
-}
-
-/// Returns the joint torques, N·m, that hold the arm and its gripper still at `q`.
-pub fn gravity_torque(robot: &Arc<Robot>, q: &[f64]) -> Vec<f64> {
-    let torques = Dynamics::new(robot, Bodies::All).gravity_torques(q);
-    torques.map_or_else(|_| vec![0.0; q.len()], |torques: DVector<f64>| torques.as_slice().to_vec())
-}
-
-/// Returns the joint torques, N·m, that it takes at `q` to push with one newton along `way` (in the base) `at` this place
-/// in the frame of the tool, m; zeros for a wrong number of joints.
-pub fn push_torque(
-    robot: &Arc<Robot>,
-    q: &[f64],
-    at: &Vector3<f64>,
-    way: &Vector3<f64>,
-) -> Vec<f64> {
-    let (Ok(jacobian), Ok(flange)) = (robot.jacobian(q), robot.forward(q)) else {
-        return vec![0.0; q.len()];
-    };
-    // The Jacobian is about the flange; the tool is ahead of it.
-    let tool = robot.flange_from_tool();
-    let ahead = flange.rotation() * (tool.origin() + tool.rotation() * at);
-    (0..q.len())
-        .map(|joint| {
-            let column = jacobian.column(joint);
-            let turn = Vector3::new(column[3], column[4], column[5]);
-            let moves = Vector3::new(column[0], column[1], column[2]) + turn.cross(&ahead);
-            moves.dot(way)
-        })
-        .collect()
-}
-
-/// Returns the force, N, with which the hand pushes along `way` (in the base) when holding still takes so much more
-/// torque (N·m) at `q`: the least-squares one over all joints; `None` where no joint would feel it.
-pub fn force_of(robot: &Arc<Robot>, q: &[f64], excess: &[f64], way: &Vector3<f64>) -> Option<f64> {
-    let column = push_torque(robot, q, &Vector3::zeros(), way);
-    let along: f64 = column.iter().zip(excess).map(|(c, e)| c * e).sum();
-    let norm: f64 = column.iter().map(|c| c * c).sum();
-    (norm > LEAST_LEVER).then(|| along / norm)
-}
-
-/// Returns the force, N in the base, with which the hand pushes when holding still takes so much more torque (N·m) at `q`: the
-/// least-squares one over all joints; `None` where some direction is not felt.
-pub fn force_at(robot: &Arc<Robot>, q: &[f64], excess: &[f64]) -> Option<Vector3<f64>> {
-    let columns = [Vector3::x(), Vector3::y(), Vector3::z()]
-        .map(|way| push_torque(robot, q, &Vector3::zeros(), &way));
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let normal = nalgebra::Matrix3::from_fn(|i, j| dot(&columns[i], &columns[j]));
-    let right = Vector3::from_fn(|i, _| dot(&columns[i], excess));
-    // A direction with a lever of a centimetre is felt; one with less is noise.
-    if normal.symmetric_eigenvalues().min() < 1e-4 {
-        return None;
-    }
-    normal.cholesky().map(|normal| normal.solve(&right))
-}
-
-/// Returns the mass, kg, that takes so much more torque (N·m) at `q` than an empty hand when it hangs `at` this place
-/// in the frame of the tool, m: the least-squares one over all joints.
-pub fn mass_of(robot: &Arc<Robot>, q: &[f64], excess: &[f64], at: &Vector3<f64>) -> f64 {
-    let column = push_torque(robot, q, at, &Vector3::z());
-    let along: f64 = column.iter().zip(excess).map(|(c, e)| c * e).sum();
-    let norm: f64 = column.iter().map(|c| c * c).sum::<f64>() * GRAVITY;
-    if norm > LEAST_LEVER { along / norm } else { 0.0 }
 }
 
 /// Returns the angle, rad, through which the tool turns along a joint path.
