@@ -10,8 +10,10 @@ use crate::motion::{self, Budget, rrt};
 use crate::report::{Failure, Style};
 use crate::workcell::Stdlib;
 
+use super::answer::problem::Problem;
 use super::answer::robot as answer;
 use super::answer::robot_check;
+use super::answer::rows::{joint_rows, pose_rows};
 use super::clock::clock;
 use super::inputs::{data, read};
 use super::shared::Shared;
@@ -129,7 +131,7 @@ fn rows_of(robot: &Robot, line: Option<&String>, file: Option<&PathBuf>) -> Resu
         (None, Some(path)) => (data(path)?, path.display().to_string()),
         (None, None) => (String::new(), "--q".to_owned()),
     };
-    answer::joint_rows(robot, &text).map_err(|error| failure(&error).at(place))
+    joint_rows(robot, &text).map_err(|error| failure(&error).at(place))
 }
 
 type Rows = Vec<Vec<f64>>;
@@ -165,7 +167,7 @@ pub(super) fn robot(
                 (None, Some(path)) => (data(path)?, path.display().to_string()),
                 (None, None) => (String::new(), "--pose".to_owned()),
             };
-            let poses = answer::pose_rows(&text).map_err(|error| failure(&error).at(place))?;
+            let poses = pose_rows(&text).map_err(|error| failure(&error).at(place))?;
             let near = match &args.near {
                 None => Vec::new(),
                 Some(_) => rows_of(&robot, args.near.as_ref(), None)?.swap_remove(0),
@@ -193,7 +195,7 @@ pub(super) fn robot(
         RobotCommand::Plan(args) => {
             let robot = robot_of(&args.which)?;
             let place = args.problem.display().to_string();
-            let problem: answer::Problem =
+            let problem: Problem =
                 serde_json::from_str(&read(&args.problem)?).map_err(|error| {
                     Failure::input("robot::problem", format!("not a planning problem: {error}"))
                         .at(&place)

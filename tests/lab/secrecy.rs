@@ -31,7 +31,12 @@ const ASKED: &[&str] = &[
 #[test]
 fn a_laboratory_offers_only_what_a_laboratory_offers() {
     let text = code(&src().join("lab/mod.rs"));
-    let found: Vec<&str> = text
+    // Every file of it that says what may be asked, wherever that moves.
+    let files = fs::read_dir(src().join("lab")).unwrap().map(|file| code(&file.unwrap().path()));
+    let asked: String = files
+        .filter(|file| file.contains("impl Lab ") || file.contains("impl Weighing "))
+        .collect();
+    let found: Vec<&str> = asked
         .split("pub fn ")
         .skip(1)
         .map(|rest| rest.split(['(', '<']).next().unwrap_or_default())
@@ -51,7 +56,7 @@ fn a_laboratory_offers_only_what_a_laboratory_offers() {
     let lab = text.split("pub struct Lab {").nth(1).unwrap().split('}').next().unwrap();
     assert!(!lab.contains("pub "), "a field of the laboratory is public");
     for word in ["impl Clone for Lab", "impl Deref", "impl Serialize for Lab", "impl AsRef"] {
-        assert!(!text.contains(word), "{word}");
+        assert!(!asked.contains(word), "{word}");
     }
     let before = text.split("pub struct Lab {").next().unwrap();
     assert!(!before.trim_end().ends_with(']'), "nothing is derived for the laboratory");

@@ -1,0 +1,120 @@
+//! A planning problem, as `robot plan` is given it: JSON → start, goals and what stands in the way.
+
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+use super::rows::FARTHEST;
+use crate::motion::Error;
+use crate::motion::collision::{CollisionWorld, Obstacle};
+use crate::motion::robot::Robot;
+use crate::motion::solid::Solid;
+use crate::world::frame::{Base, Object, Pose};
+
+/// A side is no shorter than this, m.
+const SMALLEST: f64 = 1e-6;
+/// So many goals and so many obstacles are taken.
+const GOALS: usize = 10_000;
+const OBSTACLES: usize = 10_000;
+
+/// A planning problem, as its file has it.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Problem {
+    /// Start, rad.
+    pub start: Vec<f64>,
+    /// Goals, rad; any will do.
+    pub goals: Vec<Vec<f64>>,
+    /// What stands in the way.
+    #[serde(default)]
+    pub obstacles: Vec<ProblemObstacle>,
+}
+
+/// An obstacle of a planning problem.
+#[derive(Debug, Clone, Deserialize)]
+pub struct ProblemObstacle {
+    /// What messages call it.
+    pub name: Option<String>,
+    /// `box`, `sphere` or `cylinder`.
+    pub shape: String,
+    /// Its centre in base coordinates; cylinders stand along its z axis.
+    pub pose: Pose<Base, Object>,
+    /// A box: edges along x, y, z; a sphere: radius; a cylinder: radius and height. m.
+    pub size_m: Vec<f64>,
+}
+
+impl Problem {
+    /// Reads a problem from JSON.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] with the line and column of what is wrong.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        serde_json::from_str(text).map_err(|error| Error::Input {
+            what: format!("the planning problem is not valid: {error}"),
+        })
+    }
+
+    /// Checks that start and goals are joint positions, and not too many.
+    pub(super) fn check(&self, robot: &Robot) -> Result<(), Error> {
+        let said = |which: &str, error: &Error| Error::Input { what: format!("{which}: {error}") };
+        robot.check(&self.start).map_err(|error| said("start", &error))?;
+        if self.goals.is_empty() {
+            return Err(Error::Input { what: "goals: there is none".into() });
+        }
+        if self.goals.len() > GOALS {
+            let what = format!("goals: {} are given; {GOALS} can be", self.goals.len());
+            return Err(Error::Input { what });
+        }
+        for (index, goal) in self.goals.iter().enumerate() {
+            let which = format!("goal {}", index + 1);
+            robot.check(goal).map_err(|error| said(&which, &error))?;
+        }
+        Ok(())
+    }
+
+    /// Returns the robot among the problem's obstacles.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] for a shape that is not known or a size that does not fit it.
+    pub fn world<'a>(&self, robot: &'a Robot) -> Result<CollisionWorld<'a>, Error> {
+        if self.obstacles.len() > OBSTACLES {
+            let what = format!("obstacles: {} are given; {OBSTACLES} can be", self.obstacles.len());
+            return Err(Error::Input { what });
+        }
+        let mut obstacles = Vec::with_capacity(self.obstacles.len());
+        for (index, obstacle) in self.obstacles.iter().enumerate() {
+            let name = obstacle
+                .name
+                .clone()
+                .unwrap_or_else(|| format!("{} {}", obstacle.shape, index + 1));
+            let fail =
+                |what: String| Err(Error::Input { what: format!("obstacle {name}: {what}") });
+            let sizes = SMALLEST..=FARTHEST;
+            if let Some(bad) = obstacle.size_m.iter().find(|size| !sizes.contains(*size)) {
+                return fail(format!("a size of {bad:?} m; {SMALLEST:?} m to {FARTHEST} m can be"));
+            }
+            let at = obstacle.pose.origin();
+            if let Some(far) = at.iter().find(|x| !x.is_finite() || x.abs() > FARTHEST) {
+                return fail(format!(
+                    "it is at {far:?} m; up to {FARTHEST} m from the base can be"
+                ));
+            }
+            let solid = match (obstacle.shape.as_str(), &obstacle.size_m[..]) {
+                ("box", &[x, y, z]) => Solid::Cuboid { half: Vector3::new(x, y, z) / 2.0 },
+                ("sphere", &[radius]) => Solid::Sphere { radius },
+                ("cylinder", &[radius, height]) => Solid::Cylinder { radius, half: height / 2.0 },
+                ("box" | "sphere" | "cylinder", sizes) => {
+                    return fail(format!(
+                        "{} sizes; a box has 3 (x, y, z), a sphere 1 (radius), a cylinder 2 (radius, height)",
+                        sizes.len()
+                    ));
+                }
+                (other, _) => {
+                    return fail(format!("the shape {other} is not box, sphere or cylinder"));
+                }
+            };
+            obstacles.push(Obstacle::new(&name, solid, *obstacle.pose.isometry()));
+        }
+        Ok(CollisionWorld::new(robot).with(&obstacles))
+    }
+}
