@@ -70,6 +70,11 @@ impl Figure {
         Some(figure)
     }
 
+    /// Returns its least and its greatest row.
+    pub(super) fn rows(&self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+
     /// Returns from where to where row `y` is in it.
     #[inline]
     pub(super) fn on(&self, y: f64) -> Option<(f64, f64)> {

@@ -55,12 +55,11 @@ impl<'d> Edges<'d> {
 
     /// Looks at those of row `v` and hands out the light of each by its column.
     pub(super) fn look(&self, v: usize, mut put: impl FnMut(usize, [f32; 3])) {
-        let Drawing { stage, lens, tiles, columns, width, height, .. } = self.drawing;
+        let Drawing { stage, lens, tiles, width, height, .. } = self.drawing;
         let mut edges = Vec::new();
         find_edges(self.keys, *width, *height, v, &mut edges);
         for u in edges {
-            let tile = &tiles[(v / TILE) * columns + u / TILE];
-            let (_, candidates) = tile.part(u % TILE, v % TILE);
+            let (_, candidates) = tiles.of(u, v).part(u % TILE, v % TILE);
             put(u, look_closely(stage, lens, candidates, (u, v), &self.looks));
         }
     }

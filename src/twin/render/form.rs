@@ -6,8 +6,9 @@
 use nalgebra::Vector3;
 use wide::f32x4;
 
-use super::rays::Four3;
-use super::solid::{BOTTOM, SIDE, Solid, TOP};
+use super::solid::Solid;
+use super::span::{BOTTOM, SIDE, TOP};
+use super::vectors::Four3;
 
 /// The kinds of solid that are met four rays at a time.
 #[derive(Clone, Copy)]
@@ -56,9 +57,32 @@ impl Form {
     #[inline(always)]
     pub(super) fn span(&self, o: Four3, d: Four3) -> Spans {
         match *self {
-            Self::Cuboid { centre, half } => cuboid(o - Four3::of(centre), d, half),
-            Self::Cylinder { radius, bottom, top } => cylinder(o, d, radius, [bottom, top]),
-            Self::Capsule { radius, bottom, top } => capsule(o, d, radius, [bottom, top]),
+            Self::Cuboid { centre, half } => cuboid(o - Four3::of(centre), d, Four3::of(half)),
+            Self::Cylinder { radius, bottom, top } => {
+                let ends = [f32x4::splat(bottom), f32x4::splat(top)];
+                cylinder(o, d, f32x4::splat(radius), ends)
+            }
+            Self::Capsule { radius, bottom, top } => {
+                capsule(o, d, f32x4::splat(radius), [bottom, top])
+            }
+        }
+    }
+
+    /// As [`Self::span`] of the solid [`Self::grown`] by as much for each line.
+    #[inline(always)]
+    pub(super) fn span_about(&self, o: Four3, d: Four3, by: f32x4) -> Spans {
+        match *self {
+            Self::Cuboid { centre, half } => {
+                let grown = Four3::of(half) + Four3 { x: by, y: by, z: by };
+                cuboid(o - Four3::of(centre), d, grown)
+            }
+            Self::Cylinder { radius, bottom, top } => {
+                let ends = [f32x4::splat(bottom) - by, f32x4::splat(top) + by];
+                cylinder(o, d, f32x4::splat(radius) + by, ends)
+            }
+            Self::Capsule { radius, bottom, top } => {
+                capsule(o, d, f32x4::splat(radius) + by, [bottom, top])
+            }
         }
     }
 
@@ -128,9 +152,9 @@ fn inverse(x: f32x4) -> f32x4 {
 }
 
 #[inline(always)]
-fn cuboid(o: Four3, d: Four3, half: Vector3<f32>) -> Spans {
-    let slab = |o: f32x4, d: f32x4, half: f32| {
-        let (inverse, half) = (inverse(d), f32x4::splat(half));
+fn cuboid(o: Four3, d: Four3, half: Four3) -> Spans {
+    let slab = |o: f32x4, d: f32x4, half: f32x4| {
+        let inverse = inverse(d);
         let (a, b) = ((-half - o) * inverse, (half - o) * inverse);
         (a.fast_min(b), a.fast_max(b))
     };
@@ -142,21 +166,21 @@ fn cuboid(o: Four3, d: Four3, half: Vector3<f32>) -> Spans {
 
 /// Where lines are inside an endless cylinder about z: the middle of that stretch, half of it, and whether there is any.
 #[inline(always)]
-fn tube(o: Four3, d: Four3, radius: f32) -> (f32x4, f32x4, f32x4) {
+fn tube(o: Four3, d: Four3, radius: f32x4) -> (f32x4, f32x4, f32x4) {
     // Along the axis the stretch has no end; a great one does as well.
     let a = (d.x * d.x + d.y * d.y).fast_max(f32x4::splat(1e-12));
     let middle = -(o.x * d.x + o.y * d.y) / a;
     let (x, y) = (o.x + middle * d.x, o.y + middle * d.y);
-    let left = f32x4::splat(radius * radius) - x * x - y * y;
+    let left = radius * radius - x * x - y * y;
     let zero = f32x4::splat(0.0);
     (middle, (left.fast_max(zero) / a).sqrt(), left.simd_gt(zero))
 }
 
 #[inline(always)]
-fn cylinder(o: Four3, d: Four3, radius: f32, [bottom, top]: [f32; 2]) -> Spans {
+fn cylinder(o: Four3, d: Four3, radius: f32x4, [bottom, top]: [f32x4; 2]) -> Spans {
     let (middle, reach, is_met) = tube(o, d, radius);
     let inverse = inverse(d.z);
-    let (a, b) = ((f32x4::splat(bottom) - o.z) * inverse, (f32x4::splat(top) - o.z) * inverse);
+    let (a, b) = ((bottom - o.z) * inverse, (top - o.z) * inverse);
     let enter = (middle - reach).fast_max(a.fast_min(b));
     let leave = (middle + reach).fast_min(a.fast_max(b));
     kept(enter, leave, is_met)
@@ -164,12 +188,12 @@ fn cylinder(o: Four3, d: Four3, radius: f32, [bottom, top]: [f32; 2]) -> Spans {
 
 /// As `solid::capsule`: in and out through the tube between the ends, beyond them through the balls there.
 #[inline(always)]
-fn capsule(o: Four3, d: Four3, radius: f32, [bottom, top]: [f32; 2]) -> Spans {
+fn capsule(o: Four3, d: Four3, radius: f32x4, [bottom, top]: [f32; 2]) -> Spans {
     let ball = |z: f32| {
         let o = Four3 { z: o.z - f32x4::splat(z), ..o };
         let middle = -o.dot(d);
         let near = o + d * middle;
-        let left = f32x4::splat(radius * radius) - near.dot(near);
+        let left = radius * radius - near.dot(near);
         let zero = f32x4::splat(0.0);
         let reach = left.fast_max(zero).sqrt();
         (middle - reach, middle + reach, left.simd_gt(zero))

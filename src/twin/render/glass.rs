@@ -10,7 +10,8 @@ use nalgebra::Vector3;
 
 use super::light::Rgb;
 use super::scene::{Hollow, Kind, Thing};
-use super::solid::{Solid, Span, TOP};
+use super::solid::Solid;
+use super::span::{Span, TOP};
 use super::trace::{Stage, mix};
 use crate::motion::widest;
 
@@ -286,18 +287,6 @@ impl Hollow {
         let at = o + d * f64::midpoint(inside.enter, next);
         if up.dot(&at) < height { Medium::Water } else { Medium::Air }
     }
-}
-
-/// Returns where a ray enters the hull of a transparent thing ahead of it.
-#[inline]
-pub(super) fn entry(thing: &Thing, o: Vector3<f64>, d: Vector3<f64>) -> Option<f64> {
-    let (lo, ld) = thing.inward(o, d);
-    let solid = match &thing.kind {
-        Kind::Solid(solid) => solid,
-        Kind::Vessel(hollow) => &hollow.outer,
-        Kind::Triangle { .. } | Kind::Mesh(_) => return None,
-    };
-    solid.span(lo, ld).map(|span| span.enter).filter(|&t| t > 1e-6)
 }
 
 /// Returns the normal of a box's outside near its edges as if they were ground round, as glass edges are;

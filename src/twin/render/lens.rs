@@ -12,7 +12,8 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 use wide::f32x4;
 
-use super::rays::Four3;
+use super::vectors::Four3;
+
 use crate::world::frame::times;
 use crate::world::{Camera, Intrinsics, LensModel};
 
@@ -127,6 +128,40 @@ impl Lens {
             }
             places.map(f32x4::from)
         };
+        self.through(x, y)
+    }
+
+    /// Returns the directions (unit, world) through places `right` and `below` px of the pixel `(u, v)` and of three that follow it
+    /// `apart` px from each other: the same of each, whatever the others are.
+    #[inline(always)]
+    pub(super) fn rays_beside(
+        &self,
+        (u, v): (usize, usize),
+        apart: usize,
+        [right, below]: [f32; 2],
+    ) -> Four3 {
+        let (mut xs, mut ys) = ([0.0_f32; 4], [0.0_f32; 4]);
+        let i = &self.intrinsics;
+        for k in 0..4 {
+            let u = (u + k * apart) as f64 + f64::from(right);
+            let v = v as f64 + f64::from(below);
+            if self.is_radial() {
+                let y = (v - i.cy) / i.fy;
+                (xs[k], ys[k]) = (((u - i.cx - i.skew * y) / i.fx) as f32, y as f32);
+            } else {
+                let n = self.undistort(u, v);
+                (xs[k], ys[k]) = (n.x as f32, n.y as f32);
+            }
+        }
+        let (x, y) = (f32x4::from(xs), f32x4::from(ys));
+        let [x, y] = if self.is_radial() { self.undistorted(x, y) } else { [x, y] };
+        self.through(x, y).0
+    }
+
+    /// Returns directions (unit, world) of which `x/z` and `y/z` in camera coordinates are given, and how long they are where camera z
+    /// grows by 1.
+    #[inline(always)]
+    fn through(&self, x: f32x4, y: f32x4) -> (Four3, f32x4) {
         let d = Four3 { x, y, z: f32x4::splat(1.0) };
         let length = d.norm();
         (d.turned(&self.single_turn) * (f32x4::splat(1.0) / length), length)

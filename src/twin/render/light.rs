@@ -1,4 +1,5 @@
-//! Light: the room, the lamp, the grain of the table's wood. Shadows on the table are [`super::shade`]'s.
+//! Light: the lamp, what is mirrored, the grain of the table's wood. Shadows on the table are [`super::shade`]'s, the room is
+//! [`super::room`]'s.
 //!
 //! All in linear light, where 1 is white paper in a good exposure. Nothing here is random: the grain
 //! comes from a hash of the place.
@@ -11,6 +12,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use wide::f32x4;
 
+use super::noise::noise;
 use super::options::Options;
 use super::scene::{Thing, linear};
 use super::shade::{Shade, disc};
@@ -18,9 +20,6 @@ use super::view::{View, WATER};
 
 /// A colour as linear light: red, green, blue.
 pub(super) type Rgb = Vector3<f64>;
-
-/// Height of the floor below the table top, m. A common height for a table.
-const FLOOR: f64 = -0.74;
 
 /// The light of a view, made ready.
 pub(super) struct Lighting {
@@ -72,11 +71,18 @@ impl Lighting {
             wood: &WOOD,
         };
         let mut shade = Shade::new(view, things, &light, towards, options, eye);
-        shade.light_table(|[lit, open, shine, _]| {
-            let light = on_table.lamp * lit + Vector3::repeat(on_table.ambient * open);
-            let [r, g, b] = on_table.colour.component_mul(&light).into();
-            [r, g, b, lit * shine * TABLE_GLOSS]
-        });
+        let (lamp_there, colour) = (&on_table.lamp, &on_table.colour);
+        let lamp_there = f32x4::from([lamp_there.x, lamp_there.y, lamp_there.z, 0.0]);
+        let ambient = f32x4::splat(on_table.ambient);
+        let colour = f32x4::from([colour.x, colour.y, colour.z, 0.0]);
+        let gloss = f32x4::from([0.0, 0.0, 0.0, TABLE_GLOSS]);
+        shade.light_table(
+            #[inline(always)]
+            |[lit, open, shine, _]| {
+                let light = lamp_there * f32x4::splat(lit) + ambient * f32x4::splat(open);
+                colour * light + gloss * f32x4::splat(lit * shine)
+            },
+        );
         Self {
             towards,
             lamp,
@@ -197,21 +203,6 @@ impl Lighting {
         let on = &self.on_table;
         let light = on.lamp * lit + Vector3::repeat(on.ambient * open);
         albedo.component_mul(&light) + on.gloss * (lit * shine * specular)
-    }
-
-    /// Returns what the room looks like from `o` in the direction `d` (unit): floor and walls.
-    pub(super) fn room(&self, o: Vector3<f64>, d: Vector3<f64>) -> Rgb {
-        if d.z < -1e-3 {
-            let t = (FLOOR - o.z) / d.z;
-            let p = o + d * t.max(0.0);
-            // Grey linoleum, darker away from the lamp and under the table.
-            let far = 1.0 / (1.0 + 0.05 * (p.x * p.x + p.y * p.y));
-            let speck = 0.985 + 0.03 * noise(p.x * 7.0, p.y * 7.0);
-            return Vector3::new(0.155, 0.165, 0.172)
-                * (speck * (0.35 + 0.65 * far))
-                * self.level();
-        }
-        Vector3::new(0.44, 0.45, 0.45) * self.level() * (0.8 + 0.3 * d.z)
     }
 
     /// Returns what a polished surface mirrors in the direction `d` (unit) without asking what stands there.
@@ -361,27 +352,4 @@ fn grain(wood: &[f32], x: f64, y: f64) -> f32 {
     let wood = &wood[j * GRAIN + i..][..GRAIN + 2];
     let (near, far) = (wood[0] + (wood[1] - wood[0]) * fu, &wood[GRAIN..]);
     near + (far[0] + (far[1] - far[0]) * fu - near) * fv
-}
-
-/// Smooth value noise on the unit grid, 0 to 1 (Perlin's interpolation of hashed corners).
-#[inline]
-fn noise(x: f64, y: f64) -> f64 {
-    // A cast is quicker than `floor`, which is a call on processors of which no more than the least is asked.
-    let down = |x: f64| {
-        let cut = x as i64;
-        cut - i64::from(cut as f64 > x)
-    };
-    let (i, j) = (down(x), down(y));
-    let (fx, fy) = (x - i as f64, y - j as f64);
-    let corner = |di: i64, dj: i64| {
-        let mut h =
-            ((i + di).wrapping_mul(0x9E37_79B1) ^ (j + dj).wrapping_mul(0x85EB_CA77)) as u64;
-        h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D_7F4A_7C15);
-        h = (h ^ (h >> 31)).wrapping_mul(0x9FB2_1C65_1E98_DF25);
-        (h >> 40) as f64 / (1_u64 << 24) as f64
-    };
-    let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
-    let (sx, sy) = (smooth(fx), smooth(fy));
-    (corner(0, 0) * (1.0 - sx) + corner(1, 0) * sx) * (1.0 - sy)
-        + (corner(0, 1) * (1.0 - sx) + corner(1, 1) * sx) * sy
 }

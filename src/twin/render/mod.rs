@@ -16,22 +16,29 @@ mod form;
 mod four;
 mod lens;
 mod light;
+mod lit;
 mod look;
+mod noise;
 mod opaque;
 mod options;
 mod patch;
 mod rays;
+mod room;
 mod scene;
 mod shade;
 mod solid;
+mod span;
 mod square;
 mod surface;
 mod tile;
 mod tone;
 mod trace;
+mod vectors;
 mod glass;
 mod known;
 mod view;
+
+use std::sync::{Mutex, PoisonError};
 
 use image::RgbImage;
 use rayon::prelude::*;
@@ -46,7 +53,7 @@ pub use look::ArmLook;
 use opaque::NO_THING;
 pub use options::Options;
 use square::{BESIDE, Band, Beside, Eye, first_look};
-use tile::{Content, PART, TILE, Tile};
+use tile::{Content, PART, TILE, Tiles};
 pub use tone::{develop, srgb};
 use trace::Stage;
 pub use view::{Ball, Body, FIRST_BODY, Light, MARKER, NOTHING, Paint, Shape, TABLE, View, WATER};
@@ -98,28 +105,45 @@ pub fn render(camera: &Camera, view: &View, options: &Options) -> Frame {
 
 /// Returns the colours of [`render`] alone, for which nothing else is kept.
 pub fn picture(camera: &Camera, view: &View, options: &Options) -> RgbImage {
-    let drawing = Drawing::new(camera, view, *options);
+    // Once among the processors: a caller from outside would wait for a thread to wake at each step.
+    let bytes = rayon::scope(|_| bytes_of(camera, view, *options));
+    image_of(camera.intrinsics.width, camera.intrinsics.height, bytes)
+}
+
+fn bytes_of(camera: &Camera, view: &View, options: Options) -> Vec<u8> {
+    let drawing = Drawing::new(camera, view, options);
     let (width, n) = (drawing.width, drawing.width * drawing.height);
-    let (mut bytes, mut keys) = (vec![0; 3 * n], vec![0_u32; n]);
     let band = (width * TILE).max(1);
-    bytes.par_chunks_mut(3 * band).zip(keys.par_chunks_mut(band)).enumerate().for_each_init(
-        Vec::new,
-        |light, (row, (bytes, keys))| {
-            light.resize(keys.len(), [0.0; 3]);
-            drawing.first_looks(row, &mut Band { width, light, beside: None, keys });
+    let has_edges = options.edge_samples > 1;
+    let mut bytes = vec![0; 3 * n];
+    // Without looks at edges no keys are kept, and of light never more than is being made bytes of.
+    let mut keys = vec![0_u32; if has_edges { n } else { 0 }];
+    let mut kept: Vec<_> = keys.chunks_mut(band).map(Some).collect();
+    kept.resize_with(n.div_ceil(band), || None);
+    let spare = Mutex::new(Vec::new());
+    bytes.par_chunks_mut(3 * band).zip(kept).enumerate().with_max_len(1).for_each(
+        |(row, (bytes, keys))| {
+            let taken = spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
+            let (mut light, mut unkept) =
+                taken.unwrap_or_else(|| (vec![[0.0; 3]; band], vec![0_u32; band]));
+            let n = bytes.len() / 3;
+            let keys = keys.unwrap_or(&mut unkept[..n]);
+            drawing
+                .first_looks(row, &mut Band { width, light: &mut light[..n], beside: None, keys });
             widest(
                 #[inline(always)]
-                || develop(light.as_flattened(), bytes),
+                || develop(light[..n].as_flattened(), bytes),
             );
+            spare.lock().unwrap_or_else(PoisonError::into_inner).push((light, unkept));
         },
     );
-    if options.edge_samples > 1 {
+    if has_edges {
         let edges = Edges::new(&drawing, &keys);
         bytes.par_chunks_mut((3 * width).max(1)).enumerate().for_each(|(v, row)| {
             edges.look(v, |u, light| develop(&light, &mut row[3 * u..3 * u + 3]));
         });
     }
-    image_of(camera.intrinsics.width, camera.intrinsics.height, bytes)
+    bytes
 }
 
 /// Draws a view as light, before a sensor makes numbers of it.
@@ -186,9 +210,7 @@ struct Drawing<'v> {
     stage: Stage<'v>,
     lens: Lens,
     plane: Plane,
-    tiles: Vec<Tile>,
-    /// Squares beside each other.
-    columns: usize,
+    tiles: Tiles,
     width: usize,
     height: usize,
     /// Looks at a pixel where surfaces meet.
@@ -200,10 +222,9 @@ impl<'v> Drawing<'v> {
         let (width, height) = (camera.intrinsics.width as usize, camera.intrinsics.height as usize);
         let lens = Lens::new(camera);
         let stage = Stage::new(view, options, lens.centre);
-        let tiles = tile::tiles(&stage, &lens, width, height);
+        let tiles = Tiles::new(&stage, &lens, width, height);
         let plane = Plane::new(&lens, &stage.table);
-        let (columns, edge_samples) = (width.div_ceil(TILE), options.edge_samples);
-        Self { stage, lens, plane, tiles, columns, width, height, edge_samples }
+        Self { stage, lens, plane, tiles, width, height, edge_samples: options.edge_samples }
     }
 
     /// Looks once at each pixel of the squares of a row of them.
@@ -213,9 +234,8 @@ impl<'v> Drawing<'v> {
         widest(
             #[inline(always)]
             || {
-                for column in 0..self.columns {
-                    let tile = &self.tiles[row * self.columns + column];
-                    let place = (column * TILE, row * TILE);
+                for place in (0..self.width).step_by(TILE).map(|u| (u, row * TILE)) {
+                    let tile = self.tiles.of(place.0, place.1);
                     let size = (TILE.min(self.width - place.0), rows);
                     first_look(&eye, tile, place, size, band);
                 }
@@ -239,8 +259,7 @@ impl<'v> Drawing<'v> {
             let v = row * TILE + below;
             for (part, seen) in seen.chunks_mut(PART).enumerate() {
                 let u = part * PART;
-                let tile = &self.tiles[row * self.columns + u / TILE];
-                let (content, candidates) = tile.part(u % TILE, v % TILE);
+                let (content, candidates) = self.tiles.of(u, v).part(u % TILE, v % TILE);
                 if content != Content::Things {
                     continue;
                 }

@@ -13,10 +13,16 @@ use wide::f32x4;
 use super::lens::Lens;
 use super::light::{Fold, Lighting};
 use super::tile::{PART, TILE};
-use crate::world::Table;
 
 /// How far apart the places are through which the quadratic goes, px.
 const APART: f32 = (TILE / 2) as f32;
+
+/// How far right of and below a square's corner places of it are asked, in [`APART`]: those of the quadratic row by row, two between
+/// them, and one for nothing.
+const PLACES: [[f32; 12]; 2] = [
+    [0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0, 2.0, 0.5, 1.5, 0.0],
+    [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.5, 0.5, 0.0],
+];
 
 /// Parts of a square beside each other, and corners of them.
 const PARTS: usize = TILE / PART;
@@ -25,7 +31,7 @@ const CORNERS: usize = PARTS + 1;
 /// How far light between corners may be from what it is there, as linear light: a third of a step of a byte.
 const EVEN: f32 = 0.002;
 
-/// A square of the picture in which every ray meets the table's top.
+/// A square of the picture, in some parts of which every ray meets the table's top.
 pub(super) struct Patch<'l> {
     lighting: &'l Lighting,
     /// Places (x and y, m): what stands before each power of the pixel's column, for each power of its row.
@@ -48,45 +54,49 @@ pub(super) struct Row<'p> {
 }
 
 impl<'l> Patch<'l> {
-    /// Returns the square at `(u, v)` px; `None` where a ray of it may miss the table's top, or see so flat that it is not smooth.
-    pub(super) fn new(
-        lighting: &'l Lighting,
-        lens: &Lens,
-        table: &Table,
-        (u, v): (usize, usize),
-    ) -> Option<Self> {
+    /// Returns the square at `(u, v)` px, as if the table had no end; `None` where it is seen so flat that it is not smooth.
+    pub(super) fn new(lighting: &'l Lighting, lens: &Lens, (u, v): (usize, usize)) -> Option<Self> {
         let o = lens.centre;
         if o.z < 1e-3 {
             return None;
         }
-        let meet = |s: f32, t: f32| {
-            let d = lens.direction(u as f64 + f64::from(s), v as f64 + f64::from(t));
-            let far = -o.z / d.z;
-            (d.z < -1e-3).then(|| [o.x + d.x * far, o.y + d.y * far])
-        };
-        let mut met = [[[0.0_f64; 2]; 3]; 3];
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for (b, row) in met.iter_mut().enumerate() {
-            for (a, met) in row.iter_mut().enumerate() {
-                *met = meet(a as f32 * APART, b as f32 * APART)?;
-                for k in 0..2 {
-                    (low[k], high[k]) = (low[k].min(met[k]), high[k].max(met[k]));
-                }
+        // Three by three places and two between them, of which single precision is right to a ten-thousandth of a pixel.
+        let [right, below] = PLACES;
+        let mut places = [[[0.0_f64; 2]; 4]; 3];
+        for (k, places) in places.iter_mut().enumerate() {
+            let at = |off: &[f32; 12]| {
+                let [a, b, c, d] = [off[4 * k], off[4 * k + 1], off[4 * k + 2], off[4 * k + 3]];
+                f32x4::from([a, b, c, d]) * f32x4::splat(APART)
+            };
+            let (d, length) = lens.four_rays((u, v), [at(&right), at(&below)]);
+            if (d.z * length).simd_ge(f32x4::splat(-1e-3)).any() {
+                return None;
+            }
+            let far = f32x4::splat(-o.z as f32) / d.z;
+            let (x, y) = ((d.x * far).to_array(), (d.y * far).to_array());
+            for (lane, place) in places.iter_mut().enumerate() {
+                *place = [o.x + f64::from(x[lane]), o.y + f64::from(y[lane])];
             }
         }
+        let places = places.as_flattened();
+        let mut met = [[[0.0_f64; 2]; 3]; 3];
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for (met, place) in met.as_flattened_mut().iter_mut().zip(places) {
+            *met = *place;
+            for k in 0..2 {
+                (low[k], high[k]) = (low[k].min(met[k]), high[k].max(met[k]));
+            }
+        }
+        let between = [places[9], places[10]];
         // A quadratic reaches beyond what it goes through by an eighth at most.
         for k in 0..2 {
             let over = (high[k] - low[k]) / 8.0;
             (low[k], high[k]) = (low[k] - over, high[k] + over);
         }
-        if !table.holds(low[0], low[1], 1e-6) || !table.holds(high[0], high[1], 1e-6) {
-            return None;
-        }
         let places = [0, 1].map(|k| quadratic(&met, k));
         let scale = (high[0] - low[0]).max(high[1] - low[1]) as f32 / TILE as f32;
-        for s in [0.5, 1.5] {
+        for (there, s) in between.iter().zip([0.5, 1.5]) {
             let (s, t) = (s * APART, 0.5 * APART);
-            let there = meet(s, t)?;
             for k in 0..2 {
                 let [x0, x1, x2] = powers(&places[k], t);
                 if (x0 + s * (x1 + s * x2) - there[k] as f32).abs() > 0.01 * scale {

@@ -7,113 +7,23 @@
 
 #![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
 
-use std::ops::{Add, Mul, Sub};
-
 use nalgebra::{Matrix3, Vector3};
 use wide::f32x4;
 
 use super::form::Form;
 use super::light::Lighting;
 use super::scene::{Kind, Thing};
-
-/// Four places or directions.
-#[derive(Clone, Copy)]
-pub(super) struct Four3 {
-    pub(super) x: f32x4,
-    pub(super) y: f32x4,
-    pub(super) z: f32x4,
-}
-
-impl Four3 {
-    /// Returns the same four times.
-    #[inline(always)]
-    pub(super) fn of(v: Vector3<f32>) -> Self {
-        Self { x: f32x4::splat(v.x), y: f32x4::splat(v.y), z: f32x4::splat(v.z) }
-    }
-
-    #[inline(always)]
-    pub(super) fn dot(self, other: Self) -> f32x4 {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
-    #[inline(always)]
-    pub(super) fn norm(self) -> f32x4 {
-        self.dot(self).sqrt()
-    }
-
-    /// Returns them turned.
-    #[inline(always)]
-    pub(super) fn turned(self, m: &Matrix3<f32>) -> Self {
-        let row = |a: f32, b: f32, c: f32| {
-            self.x * f32x4::splat(a) + self.y * f32x4::splat(b) + self.z * f32x4::splat(c)
-        };
-        Self {
-            x: row(m.m11, m.m12, m.m13),
-            y: row(m.m21, m.m22, m.m23),
-            z: row(m.m31, m.m32, m.m33),
-        }
-    }
-
-    /// Returns them turned back.
-    #[inline(always)]
-    pub(super) fn turned_back(self, m: &Matrix3<f32>) -> Self {
-        self.turned(&m.transpose())
-    }
-
-    /// Returns one of the four.
-    #[inline]
-    pub(super) fn lane(self, k: usize) -> Vector3<f64> {
-        let at = |four: f32x4| f64::from(four.to_array()[k]);
-        Vector3::new(at(self.x), at(self.y), at(self.z))
-    }
-}
-
-impl Add for Four3 {
-    type Output = Self;
-
-    #[inline]
-    fn add(self, other: Self) -> Self {
-        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
-    }
-}
-
-impl Sub for Four3 {
-    type Output = Self;
-
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
-    }
-}
-
-impl Mul<f32x4> for Four3 {
-    type Output = Self;
-
-    #[inline]
-    fn mul(self, by: f32x4) -> Self {
-        Self { x: self.x * by, y: self.y * by, z: self.z * by }
-    }
-}
+use super::vectors::Four3;
 
 /// Balls around things, four at once: which of them a ray may meet.
 pub(super) struct Balls(Vec<(Four3, f32x4)>);
 
 impl Balls {
     pub(super) fn new(things: &[Thing]) -> Self {
-        let four = |things: &[Thing]| {
-            let (mut centres, mut squares) = ([[0.0_f32; 4]; 3], [-1.0_f32; 4]);
-            for (k, thing) in things.iter().enumerate() {
-                for (axis, centres) in centres.iter_mut().enumerate() {
-                    centres[k] = thing.centre[axis] as f32;
-                }
-                // More than single precision rounds off.
-                let radius = thing.radius as f32 + 1e-5;
-                squares[k] = radius * radius + 2e-6;
-            }
-            let [x, y, z] = centres.map(f32x4::from);
-            (Four3 { x, y, z }, f32x4::from(squares))
-        };
-        Self(things.chunks(4).map(four).collect())
+        let things: Vec<&Thing> = things.iter().collect();
+        // More than single precision rounds off.
+        let square = |radius: f32| (radius + 1e-5) * (radius + 1e-5) + 2e-6;
+        Self(things.chunks(4).map(|four| balls(four, square, -1.0)).collect())
     }
 
     /// Tells `told` of the things that the ray from `o` along `d` (unit, world) may meet, and of few more.
@@ -134,6 +44,60 @@ impl Balls {
     }
 }
 
+/// Returns the middles of up to four balls around things, and what `of` makes of their radii; `none` where there is no thing.
+fn balls(things: &[&Thing], of: impl Fn(f32) -> f32, none: f32) -> (Four3, f32x4) {
+    let (mut centres, mut radii) = ([[0.0_f32; 4]; 3], [none; 4]);
+    for (k, thing) in things.iter().enumerate() {
+        for (axis, centres) in centres.iter_mut().enumerate() {
+            centres[k] = thing.centre[axis] as f32;
+        }
+        radii[k] = of(thing.radius as f32);
+    }
+    let [x, y, z] = centres.map(f32x4::from);
+    (Four3 { x, y, z }, f32x4::from(radii))
+}
+
+/// Balls around what may cast a shadow on a thing, four at once: which of them may stand between places on it and the lamp.
+pub(super) struct Casters(Vec<(Four3, f32x4)>);
+
+impl Casters {
+    /// Returns the balls around those of `things` that are told of.
+    pub(super) fn new(things: &[Thing], told: &[u32]) -> Self {
+        let four = |told: &[u32]| {
+            let things: Vec<&Thing> = told.iter().map(|&k| &things[k as usize]).collect();
+            // More than single precision rounds off.
+            balls(&things, |radius| radius + 1e-5, f32::NEG_INFINITY)
+        };
+        Self(told.chunks(4).map(four).collect())
+    }
+
+    /// Tells `told` which of them may stand between places within `around` m of `from` and the lamp, `towards` the middle of which it
+    /// is and which reaches to angles with the sine `sine` from that.
+    #[inline(always)]
+    pub(super) fn between(
+        &self,
+        (from, around): (Vector3<f32>, f32),
+        (towards, sine): (Four3, f32),
+        mut told: impl FnMut(usize),
+    ) {
+        let from = Four3::of(from);
+        let around = f32x4::splat(around);
+        for (first, (centres, radii)) in self.0.iter().enumerate() {
+            let to = *centres - from;
+            let (along, far2) = (to.dot(towards), to.dot(to));
+            // From a place beside `from` a ball is seen as one is from there that is so much greater, and so much farther off.
+            let reach = *radii + around + f32x4::splat(sine) * (far2.sqrt() + around);
+            let off2 = far2 * f32x4::splat(1.0 - 1e-6) - along * along;
+            let is_near = along.simd_ge(-reach) & off2.simd_le(reach * reach);
+            let mut met = is_near.to_bitmask();
+            while met != 0 {
+                told(4 * first + met.trailing_zeros() as usize);
+                met &= met - 1;
+            }
+        }
+    }
+}
+
 /// A placed solid or vessel as rays of single precision meet it.
 pub(super) struct Plain {
     form: Form,
@@ -145,8 +109,9 @@ pub(super) struct Plain {
     origin: Vector3<f32>,
     /// The eye in its frame.
     eye: Vector3<f32>,
-    /// Directions to the lamp in its frame.
+    /// Directions to places of the lamp and to its middle, in its frame.
     lamp: Vec<Vector3<f32>>,
+    middle: Vector3<f32>,
 }
 
 /// The hollow of a vessel.
@@ -187,13 +152,30 @@ impl Plain {
         let (eye, _) = thing.inward(eye, Vector3::z());
         let (turn, origin) = thing.placed();
         let lamp = lighting.samples().iter().map(|to| (turn * to).cast()).collect();
+        let middle = (turn * lighting.towards()).cast();
         let (turn, origin, eye) = (turn.cast(), origin.cast(), eye.cast());
-        Some(Self { form, hole, is_clear: thing.paint.transparent, turn, origin, eye, lamp })
+        Some(Self {
+            form,
+            hole,
+            is_clear: thing.paint.transparent,
+            turn,
+            origin,
+            eye,
+            lamp,
+            middle,
+        })
     }
 
     /// Returns whether light goes through it.
     pub(super) fn is_clear(&self) -> bool {
         self.is_clear
+    }
+
+    /// Returns which rays from the eye along `d` (unit, world) come within `width` m of it.
+    #[inline(always)]
+    pub(super) fn is_about(&self, d: Four3, width: f32x4) -> f32x4 {
+        let span = self.form.span_about(Four3::of(self.eye), d.turned(&self.turn), width);
+        span.leave.simd_gt(f32x4::splat(0.0))
     }
 
     /// Returns where rays from the eye along `d` (unit, world) enter its hull; infinite where they do not.
@@ -222,11 +204,11 @@ impl Plain {
         (o - Four3::of(self.origin)).turned(&self.turn)
     }
 
-    /// Returns whether it may stand between the places `o` and a part of the lamp, `towards` its middle (unit, world), which is seen
-    /// from them under half an angle of which `spread` is the sine.
+    /// Returns whether it may stand between the places `o` and a part of the lamp, which is seen from them under half an angle of which
+    /// `spread` is the sine.
     #[inline(always)]
-    pub(super) fn may_shade(&self, o: Four3, towards: Four3, spread: f32, reach: f32) -> bool {
-        let (o, d) = (self.placed(o), towards.turned(&self.turn));
+    pub(super) fn may_shade(&self, o: Four3, spread: f32, reach: f32) -> bool {
+        let (o, d) = (self.placed(o), Four3::of(self.middle));
         let far2 = o.dot(o).to_array();
         let far = far2[0].max(far2[1]).max(far2[2].max(far2[3])).sqrt() + reach;
         let span = self.form.grown(spread * far).span(o, d);
@@ -296,7 +278,7 @@ impl Plain {
                 }
             }
         }
-        let faces = faces.to_array();
+        let faces = faces.fast_trunc_int().to_array();
         let faces = [faces[0] as u8, faces[1] as u8, faces[2] as u8, faces[3] as u8];
         Lie { normal: normal.turned_back(&self.turn), faces, depth, wet }
     }

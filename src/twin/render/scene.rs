@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::cast::Figure;
-use super::light::Lighting;
-use super::solid::{Solid, TOP};
+use super::solid::Solid;
+use super::span::TOP;
 use super::surface::Surface;
 use super::view::{Body, FIRST_BODY, MARKER, Paint, Shape, TABLE, View, WATER};
 use crate::twin::basin::Basin;
@@ -126,14 +126,15 @@ impl Thing {
         off <= r2 && along - self.radius < most && (along >= 0.0 || to.norm_squared() <= r2)
     }
 
-    /// Returns whether the thing may stand between `o` and a part of the lamp.
+    /// Returns whether the thing may stand between `o` and a part of the lamp, the middle of which is `towards` (unit) and which covers
+    /// twice an angle with the sine `sine`.
     #[inline]
-    pub(super) fn in_beam(&self, o: Vector3<f64>, lighting: &Lighting) -> bool {
+    pub(super) fn in_beam(&self, o: Vector3<f64>, towards: Vector3<f64>, sine: f64) -> bool {
         let to = self.centre - o;
         let far2 = to.norm_squared();
-        let along = to.dot(&lighting.towards());
+        let along = to.dot(&towards);
         // The lamp's rim seen from `o` is off its middle by the sine of its half angle at most.
-        let reach = self.radius + lighting.sine() * far2.sqrt();
+        let reach = self.radius + sine * far2.sqrt();
         along >= -reach && far2 - along * along <= reach * reach
     }
 
@@ -232,6 +233,18 @@ impl Thing {
         }
     }
 
+    /// Returns where a ray enters the hull of a transparent thing ahead of it.
+    #[inline]
+    pub(super) fn entry(&self, o: Vector3<f64>, d: Vector3<f64>) -> Option<f64> {
+        let (lo, ld) = self.inward(o, d);
+        let solid = match &self.kind {
+            Kind::Solid(solid) => solid,
+            Kind::Vessel(hollow) => &hollow.outer,
+            Kind::Triangle { .. } | Kind::Mesh(_) => return None,
+        };
+        solid.span(lo, ld).map(|span| span.enter).filter(|&t| t > 1e-6)
+    }
+
     /// Returns whether a point is inside the thing's outline, hollows included.
     #[inline]
     pub(super) fn holds(&self, p: Vector3<f64>) -> bool {
@@ -274,6 +287,11 @@ impl Thing {
         let up = self.world_from_local.row(2).transpose();
         let is_above = self.origin.z + solid.lowest(up) > height - SUNK;
         Some((figure, is_above && !opens))
+    }
+
+    /// Returns whether it has no hollow and no dent.
+    pub(super) fn is_convex(&self) -> bool {
+        matches!(self.kind, Kind::Solid(_) | Kind::Triangle { .. })
     }
 
     /// Returns whether a place does not see far along `d` (unit) for this thing.

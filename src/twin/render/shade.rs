@@ -13,6 +13,7 @@ use wide::f32x4;
 use super::cast::Figure;
 use super::options::Options;
 use super::scene::Thing;
+use super::vectors::Four3;
 use super::view::{Light, TABLE, View, WATER};
 use crate::motion::widest;
 
@@ -67,24 +68,28 @@ impl Shade {
                     || {
                         let y = low[1] + (row as f64 - 0.5) * cell;
                         let mut seen = vec![1.0_f32; cells.len()];
-                        for (directions, is_lamp) in [(&lamp, true), (&dome, false)] {
-                            let part = 1.0 / directions.len() as f32;
+                        let mut parts = [seen.clone(), seen.clone()];
+                        for (parts, (directions, all)) in
+                            parts.iter_mut().zip([(&lamp, 1.0), (&dome, 0.85)])
+                        {
+                            let part = all / directions.len() as f32;
                             for (d, shadows) in directions {
                                 let (mut from, mut to) = (cells.len(), 0);
-                                for shadow in shadows {
+                                for shadow in shadows.iter().filter(|s| s.reaches(y)) {
                                     let dark = shadow.darken(*d, y, (low[0], cell), &mut seen);
                                     (from, to) = (from.min(dark.start), to.max(dark.end));
                                 }
-                                for k in from..to {
-                                    let loss = part * (1.0 - seen[k]);
-                                    if is_lamp {
-                                        cells[k][0] -= loss;
-                                    } else {
-                                        cells[k][1] -= 0.85 * loss;
-                                    }
-                                    seen[k] = 1.0;
+                                let dark = from.min(to)..to;
+                                for (left, seen) in
+                                    parts[dark.clone()].iter_mut().zip(&mut seen[dark])
+                                {
+                                    *left -= part * (1.0 - *seen);
+                                    *seen = 1.0;
                                 }
                             }
+                        }
+                        for ((cell, lamp), dome) in cells.iter_mut().zip(&parts[0]).zip(&parts[1]) {
+                            (cell[0], cell[1]) = (*lamp, *dome);
                         }
                     },
                 );
@@ -93,10 +98,7 @@ impl Shade {
         let mut shade =
             Self { low, cell, columns, rows, cells, table: Vec::new(), bends: Vec::new() };
         shade.uncover(things);
-        shade.cells = shade.softened(|at| {
-            let halfway = (towards + (eye - at).normalize()).normalize();
-            0.9 * (halfway.z.max(0.0) as f32).powi(12)
-        });
+        shade.cells = shade.softened(towards, eye);
         shade
     }
 
@@ -124,55 +126,82 @@ impl Shade {
                 }
             }
         }
+        if covered.is_empty() {
+            return;
+        }
         let mut known = vec![true; self.cells.len()];
         for &k in &covered {
             known[k] = false;
         }
         // Two rings are as far as interpolation and softening reach.
         for _ in 0..2 {
-            let before = (self.cells.clone(), known.clone());
-            for &k in &covered {
-                if before.1[k] {
-                    continue;
-                }
+            let mut found = Vec::new();
+            for &k in covered.iter().filter(|&&k| !known[k]) {
                 let (row, column) = (k / self.columns, k % self.columns);
                 let (mut sum, mut n) = ([0.0; 2], 0.0);
                 for j in row.saturating_sub(1)..(row + 2).min(self.rows) {
                     for i in column.saturating_sub(1)..(column + 2).min(self.columns) {
                         let near = j * self.columns + i;
-                        if before.1[near] {
-                            sum = [sum[0] + before.0[near][0], sum[1] + before.0[near][1]];
+                        if known[near] {
+                            sum = [sum[0] + self.cells[near][0], sum[1] + self.cells[near][1]];
                             n += 1.0;
                         }
                     }
                 }
                 if n > 0.0 {
-                    self.cells[k] = [sum[0] / n, sum[1] / n, 0.0, 0.0];
-                    known[k] = true;
+                    found.push((k, [sum[0] / n, sum[1] / n, 0.0, 0.0]));
                 }
+            }
+            for (k, cell) in found {
+                (self.cells[k], known[k]) = (cell, true);
             }
         }
     }
 
-    /// Returns the mean over each cell and its neighbours, which hides that the lamp is a few points, and what of it `shines` there.
-    fn softened(&self, shines: impl Fn(Vector3<f64>) -> f32 + Sync) -> Vec<[f32; 4]> {
-        let mut cells = self.cells.clone();
-        cells.par_chunks_mut(self.columns).enumerate().for_each(|(row, cells)| {
+    /// Returns the mean over each cell and its neighbours, which hides that the lamp is a few points, and how much of the lamp a
+    /// polished table would mirror from there to the eye.
+    fn softened(&self, towards: Vector3<f64>, eye: Vector3<f64>) -> Vec<[f32; 4]> {
+        let mut cells = vec![[0.0; 4]; self.cells.len()];
+        let columns = self.columns;
+        cells.par_chunks_mut(columns).enumerate().for_each(|(row, cells)| {
             widest(
                 #[inline(always)]
                 || {
                     let is_inner = row > 0 && row < self.rows - 1;
-                    for (column, cell) in cells.iter_mut().enumerate() {
-                        if is_inner && column > 0 && column < self.columns - 1 {
-                            let mut sum = [0.0; 2];
-                            for j in row - 1..=row + 1 {
-                                for near in &self.cells[j * self.columns + column - 1..][..3] {
-                                    sum = [sum[0] + near[0], sum[1] + near[1]];
-                                }
-                            }
-                            (cell[0], cell[1]) = (sum[0] / 9.0, sum[1] / 9.0);
+                    let here = row * columns;
+                    if is_inner && columns > 2 {
+                        let line = |k: usize| &self.cells[k..k + columns];
+                        let lines = [line(here - columns), line(here), line(here + columns)];
+                        // Of each column the sum of three, beside each other.
+                        let sum = |k: usize| {
+                            f32x4::from(lines[0][k])
+                                + f32x4::from(lines[1][k])
+                                + f32x4::from(lines[2][k])
+                        };
+                        let (mut before, mut middle) = (sum(0), sum(1));
+                        (cells[0], cells[columns - 1]) = (lines[1][0], lines[1][columns - 1]);
+                        for (left, cell) in cells[1..columns - 1].iter_mut().enumerate() {
+                            let after = sum(left + 2);
+                            let mean = (before + middle + after) * f32x4::splat(1.0 / 9.0);
+                            *cell = mean.to_array();
+                            (before, middle) = (middle, after);
                         }
-                        cell[2] = shines(self.centre(column, row));
+                    } else {
+                        cells.copy_from_slice(&self.cells[here..][..cells.len()]);
+                    }
+                    let step = f32x4::from([0.0, 1.0, 2.0, 3.0]) * f32x4::splat(self.cell as f32);
+                    let towards = Four3::of(towards.cast());
+                    for (k, cells) in cells.chunks_mut(4).enumerate() {
+                        // From the first of four cells to the eye, and from the others.
+                        let to = Four3::of((eye - self.centre(4 * k, row)).cast());
+                        let to = Four3 { x: to.x - step, ..to };
+                        let halfway = towards + to * (f32x4::splat(1.0) / to.norm());
+                        let cos = (halfway.z / halfway.norm()).fast_max(f32x4::splat(0.0));
+                        let cos4 = cos * cos * cos * cos;
+                        let shines = (cos4 * cos4 * cos4 * f32x4::splat(0.9)).to_array();
+                        for (cell, shines) in cells.iter_mut().zip(shines) {
+                            cell[2] = shines;
+                        }
                     }
                 },
             );
@@ -186,29 +215,49 @@ impl Shade {
     }
 
     /// Works out what of the table's light does not depend on the place's grain: `light` makes it of a cell's values.
-    pub(super) fn light_table(&mut self, light: impl Fn([f32; 4]) -> [f32; 4] + Sync) {
+    pub(super) fn light_table(&mut self, light: impl Fn([f32; 4]) -> f32x4 + Sync) {
         let (columns, rows) = (self.columns, self.rows);
-        self.table = self.cells.par_iter().with_min_len(columns).map(|cell| light(*cell)).collect();
+        self.table = vec![[0.0; 4]; self.cells.len()];
+        let lines = self.cells.par_chunks(columns);
+        self.table.par_chunks_mut(columns).zip(lines).for_each(|(table, cells)| {
+            widest(
+                #[inline(always)]
+                || {
+                    for (table, cell) in table.iter_mut().zip(cells) {
+                        *table = light(*cell).to_array();
+                    }
+                },
+            );
+        });
         self.bends = vec![0.0; self.cells.len()];
-        let at = |k: usize| f32x4::from(self.table[k]);
+        let table = &self.table;
         self.bends.par_chunks_mut(columns).enumerate().for_each(|(row, bends)| {
             widest(
                 #[inline(always)]
                 || {
-                    if row == 0 || row == rows - 1 {
+                    if row == 0 || row == rows - 1 || columns < 3 {
                         return;
                     }
-                    for (column, bend) in bends.iter_mut().enumerate().take(columns - 1).skip(1) {
-                        let k = row * columns + column;
-                        let here = at(k);
-                        let (left, right) = (at(k - 1), at(k + 1));
-                        let (above, below) = (at(k - columns), at(k + columns));
-                        let across = left + right - here - here;
-                        let down = above + below - here - here;
-                        let turned = here - left - above + at(k - columns - 1);
-                        let most =
-                            across.abs().fast_max(down.abs()).fast_max(turned.abs()).to_array();
-                        *bend = most[0].max(most[1]).max(most[2].max(most[3]));
+                    let line = |row: usize| &table[row * columns..][..columns];
+                    let lines = [line(row - 1), line(row), line(row + 1)];
+                    let inner = &mut bends[1..columns - 1];
+                    // Cells three beside each other, row above row.
+                    let mut threes =
+                        lines[0].windows(3).zip(lines[1].windows(3)).zip(lines[2].windows(3));
+                    for bends in inner.chunks_mut(4) {
+                        let mut most = [f32x4::splat(0.0); 4];
+                        for (most, ((above, line), below)) in most.iter_mut().zip(&mut threes) {
+                            let (left, here) = (f32x4::from(line[0]), f32x4::from(line[1]));
+                            let over = f32x4::from(above[1]);
+                            let twice = here + here;
+                            let across = left + f32x4::from(line[2]) - twice;
+                            let down = over + f32x4::from(below[1]) - twice;
+                            let turned = here - left - over + f32x4::from(above[0]);
+                            *most = across.abs().fast_max(down.abs()).fast_max(turned.abs());
+                        }
+                        let [r, g, b, shine] = f32x4::transpose(most);
+                        let most = r.fast_max(g).fast_max(b.fast_max(shine)).to_array();
+                        bends.copy_from_slice(&most[..bends.len()]);
                     }
                 },
             );
@@ -290,6 +339,8 @@ struct Shadow<'t> {
     /// The figure of the ball around the thing: its middle and how far it reaches at most, m.
     foot: [f64; 2],
     reach: f64,
+    /// The least and the greatest row that it reaches, m.
+    rows: [f64; 2],
 }
 
 /// How high above the table light is asked for, m.
@@ -299,6 +350,12 @@ impl<'t> Shadow<'t> {
     fn new(thing: &'t Thing, d: Vector3<f64>) -> Self {
         let (figure, is_full) = thing.figure(d, HEIGHT).unzip();
         let foot = thing.centre - d * (thing.centre.z / d.z);
+        let reach = thing.radius / d.z;
+        let mut rows = [foot.y - reach, foot.y + reach];
+        if let Some(figure) = &figure {
+            let [low, high] = figure.rows();
+            rows = [rows[0].max(low), rows[1].min(high)];
+        }
         Self {
             thing,
             // Glass lets most light through and gathers what it bends; a third is missing beside the bright spots.
@@ -306,11 +363,18 @@ impl<'t> Shadow<'t> {
             figure,
             is_full: is_full.unwrap_or(false),
             foot: [foot.x, foot.y],
-            reach: thing.radius / d.z,
+            reach,
+            rows,
         }
     }
 
-    /// Marks the cells of row `y`, which begins at `low` with edges of `cell` m, that it shades along `d`, and returns the range they
+    /// Returns whether it may shade cells of row `y`.
+    #[inline(always)]
+    fn reaches(&self, y: f64) -> bool {
+        y >= self.rows[0] && y <= self.rows[1]
+    }
+
+    /// Marks the cells of row `y`, which it [`Self::reaches`] and which begins at `low` with edges of `cell` m, that it shades along `d`, and returns the range they
     /// are in.
     #[inline]
     fn darken(
@@ -321,9 +385,6 @@ impl<'t> Shadow<'t> {
         seen: &mut [f32],
     ) -> Range<usize> {
         let off = y - self.foot[1];
-        if off.abs() > self.reach {
-            return seen.len()..0;
-        }
         let found = if let Some(figure) = &self.figure {
             figure.on(y)
         } else {
@@ -336,13 +397,26 @@ impl<'t> Shadow<'t> {
         let from = (cells(from) + 1.0).ceil() as usize;
         let dark = from.saturating_sub(1)..(cells(to) + 1.0) as usize;
         let dark = dark.start..dark.end.min(seen.len());
+        let hides = |k: &usize| {
+            let place = Vector3::new(low + (*k as f64 - 0.5) * cell, y, HEIGHT);
+            self.thing.hides(place, d)
+        };
+        let left = self.left;
+        let darken = |seen: &mut f32| *seen = if *seen < left { *seen } else { left };
+        if self.thing.is_convex() {
+            // What of it is above the table is dark from one cell to another.
+            let mut dark = dark;
+            if !self.is_full {
+                let Some(first) = dark.clone().find(hides) else { return seen.len()..0 };
+                let last = dark.rfind(hides).unwrap_or(first);
+                dark = first..last + 1;
+            }
+            seen[dark.clone()].iter_mut().for_each(darken);
+            return dark;
+        }
         for k in dark.clone() {
-            let is_dark = self.is_full || {
-                let place = Vector3::new(low + (k as f64 - 0.5) * cell, y, HEIGHT);
-                self.thing.hides(place, d)
-            };
-            if is_dark {
-                seen[k] = seen[k].min(self.left);
+            if self.is_full || hides(&k) {
+                darken(&mut seen[k]);
             }
         }
         dark

@@ -82,17 +82,15 @@ pub(super) fn first_look(
     band: &mut Band<'_>,
 ) {
     let edge = if tile.has_parts() { PART } else { TILE };
-    let patch = tile
-        .shows_table()
-        .then(|| Patch::new(&eye.stage.lighting, eye.lens, &eye.stage.table, place));
+    let patch = tile.shows_top().then(|| Patch::new(&eye.stage.lighting, eye.lens, place));
     let patch = patch.flatten();
     for y in (0..size.1).step_by(edge) {
         let mut x = 0;
         while x < size.0 {
             let (content, candidates) = tile.part(x, y);
             let mut end = x + edge;
-            // Parts beside each other that show only the table are drawn as one.
-            while content == Content::Table && end < size.0 && tile.part(end, y).0 == content {
+            // Parts beside each other that show only the table's top are drawn as one.
+            while content == Content::Top && end < size.0 && tile.part(end, y).0 == content {
                 end += edge;
             }
             let n = end.min(size.0) - x;
@@ -108,11 +106,11 @@ pub(super) fn first_look(
                         let right = corners[1] + (corners[3] - corners[1]) * (height * part);
                         room_row(left, (right - left) * part, stretch);
                     }
-                    Content::Table => match &patch {
-                        Some(patch) => {
+                    Content::Top | Content::Table => match &patch {
+                        Some(patch) if content == Content::Top => {
                             patch_row(eye, candidates, &patch.row(row), x / PART, stretch);
                         }
-                        None => table_row(eye, candidates, (u, v), stretch),
+                        _ => table_row(eye, candidates, (u, v), stretch),
                     },
                     Content::Things if is_plain => plain_row(eye, candidates, (u, v), stretch),
                     Content::Things => row_of_things(eye, candidates, (u, v), stretch),
@@ -169,6 +167,7 @@ fn patch_row(
 }
 
 /// Draws a stretch of a row where there are only table and room, from the pixel `(u, v)` on.
+#[inline(always)]
 fn table_row(
     eye: &Eye<'_>,
     candidates: Candidates<'_>,

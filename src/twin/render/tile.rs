@@ -3,14 +3,17 @@
 //! Squares of [`TILE`] px in which things can appear are looked at again in parts of [`PART`] px: in most of them there is
 //! only the table, or one thing before it.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use wide::f32x4;
 
 use super::lens::Lens;
-use super::rays::Four3;
 use super::trace::{Candidates, Stage};
-use crate::world::Table;
+use super::vectors::Four3;
+use crate::motion::widest;
+use crate::world::{Mark, Table};
 
 /// Edge of a square, px.
 pub(super) const TILE: usize = 16;
@@ -21,7 +24,7 @@ const PARTS: usize = TILE / PART;
 
 /// How far below the horizon a square must lie for its room to be drawn smoothly, as a slope: there the
 /// floor changes little from pixel to pixel.
-const LOW: f64 = -0.1;
+const LOW: f32 = -0.1;
 
 /// One square of the picture.
 #[derive(Debug, Clone)]
@@ -50,6 +53,8 @@ pub(super) enum Content {
     /// Only room, far enough below the horizon: its light at the corners of the square, top left, top
     /// right, bottom left, bottom right; between them it is smooth.
     Room([Vector3<f32>; 4]),
+    /// Only the table's top.
+    Top,
     /// Only table and room.
     Table,
     /// Anything.
@@ -62,10 +67,9 @@ impl Tile {
         !self.parts.is_empty()
     }
 
-    /// Returns whether there is a part of it in which only the table can be met.
-    pub(super) fn shows_table(&self) -> bool {
-        self.content == Content::Table
-            || self.parts.iter().any(|part| part.content == Content::Table)
+    /// Returns whether there is a part of it in which only the table's top can be met.
+    pub(super) fn shows_top(&self) -> bool {
+        self.content == Content::Top || self.parts.iter().any(|part| part.content == Content::Top)
     }
 
     /// Returns what can be met anywhere in it.
@@ -85,112 +89,218 @@ impl Tile {
     }
 }
 
-/// Returns the squares of a picture of `width` × `height` px, row by row.
-pub(super) fn tiles(stage: &Stage<'_>, lens: &Lens, width: usize, height: usize) -> Vec<Tile> {
-    let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
-    let tile = |k: usize| tile(stage, lens, (k % columns) * TILE, (k / columns) * TILE);
-    (0..columns * rows).into_par_iter().with_min_len(64).map(tile).collect()
+/// The squares of a picture.
+pub(super) struct Tiles {
+    /// Row by row, in each as many as are a multiple of [`BESIDE`].
+    tiles: Vec<Tile>,
+    columns: usize,
 }
 
-fn tile(stage: &Stage<'_>, lens: &Lens, u: usize, v: usize) -> Tile {
-    let square = Square::new(lens, u, v, TILE);
-    let mut things: Vec<u32> = (0..stage.things.len() as u32).collect();
-    things.retain(|&k| square.meets(stage, k));
-    let marks = stage.marks.iter().enumerate().filter(|_| things.first() == Some(&0)).filter(
-        |(_, mark)| {
-            let to = Vector3::new(mark.x, mark.y, 0.0) - square.eye;
-            let (along, far) = (to.dot(&square.axis), to.norm() + mark.radius);
-            let reach = mark.radius + square.slope * far;
-            to.norm_squared() - along * along <= reach * reach
-        },
-    );
-    let marks = marks.map(|(k, _)| k as u32).collect();
-    let content = square.content(stage, lens, &things);
-    let (n_things, mut parts) = (things.len(), Vec::new());
-    let is_mixed = match content {
-        Content::Room(_) => false,
-        Content::Table => !square.is_on(&stage.table),
-        Content::Things => n_things > 0,
-    };
-    if is_mixed {
-        parts.reserve(PARTS * PARTS);
-        for k in 0..PARTS * PARTS {
-            let square = Square::new(lens, u + k % PARTS * PART, v + k / PARTS * PART, PART);
+/// So many squares beside each other are looked at together.
+const BESIDE: usize = 4;
+
+impl Tiles {
+    /// Returns the squares of a picture of `width` × `height` px.
+    pub(super) fn new(stage: &Stage<'_>, lens: &Lens, width: usize, height: usize) -> Self {
+        let (groups, rows) = (width.div_ceil(TILE * BESIDE), height.div_ceil(TILE));
+        let four = |k: usize| {
+            widest(
+                #[inline(always)]
+                || tiles(stage, lens, (k % groups) * TILE * BESIDE, (k / groups) * TILE, width),
+            )
+        };
+        let fours: Vec<[Tile; BESIDE]> =
+            (0..groups * rows).into_par_iter().with_min_len(8).map(four).collect();
+        Self { tiles: fours.into_flattened(), columns: groups * BESIDE }
+    }
+
+    /// Returns the square with the pixel `(u, v)`.
+    #[inline]
+    pub(super) fn of(&self, u: usize, v: usize) -> &Tile {
+        &self.tiles[v / TILE * self.columns + u / TILE]
+    }
+}
+
+/// Returns the squares beside each other of which the first begins at `(u, v)` px; beyond the picture's `width` they are empty.
+#[inline(always)]
+fn tiles(stage: &Stage<'_>, lens: &Lens, u: usize, v: usize, width: usize) -> [Tile; BESIDE] {
+    let squares = Squares::new(lens, u, v, TILE);
+    let met: Vec<u32> = (0..stage.things.len()).map(|k| squares.meet(stage, k)).collect();
+    let on_top = squares.are_on(&stage.table);
+    std::array::from_fn(|k| {
+        if u + k * TILE >= width {
+            let (things, marks, parts) = (Vec::new(), Vec::new(), Vec::new());
+            return Tile { content: Content::Things, things, n_things: 0, marks, parts };
+        }
+        let things = (0_u32..).zip(&met).filter(|(_, met)| *met >> k & 1 == 1).map(|(at, _)| at);
+        let mut things: Vec<u32> = things.collect();
+        let marks = if things.first() == Some(&0) { squares.marks(stage, k) } else { Vec::new() };
+        let content = squares.content(stage, lens, &things, (k, on_top));
+        let n_things = things.len();
+        let is_mixed = match content {
+            Content::Room(_) | Content::Top => false,
+            Content::Table => true,
+            Content::Things => n_things > 0,
+        };
+        let parts =
+            if is_mixed { parts(stage, lens, (u + k * TILE, v), &mut things) } else { Vec::new() };
+        Tile { content, things, n_things, marks, parts }
+    })
+}
+
+/// Returns the parts of the square at `(u, v)` px, and adds what is met in each to the `things` that are met in any.
+#[inline(always)]
+fn parts(
+    stage: &Stage<'_>,
+    lens: &Lens,
+    (u, v): (usize, usize),
+    things: &mut Vec<u32>,
+) -> Vec<Part> {
+    let n_things = things.len();
+    let mut parts = Vec::with_capacity(PARTS * PARTS);
+    let mut met = vec![0; n_things];
+    for row in 0..PARTS {
+        let squares = Squares::new(lens, u, v + row * PART, PART);
+        for (met, &thing) in met.iter_mut().zip(&*things) {
+            *met = squares.meet(stage, thing as usize);
+        }
+        let on_top = squares.are_on(&stage.table);
+        for k in 0..PARTS {
             let from = things.len();
-            for k in 0..n_things {
-                if square.meets(stage, things[k]) {
-                    things.push(things[k]);
+            for at in 0..n_things {
+                if met[at] >> k & 1 == 1 {
+                    things.push(things[at]);
                 }
             }
-            let content = square.content(stage, lens, &things[from..]);
+            let content = squares.content(stage, lens, &things[from..], (k, on_top));
             parts.push(Part { content, things: from..things.len() });
         }
     }
-    Tile { content, things, n_things, marks, parts }
+    parts
 }
 
-/// A square and the cone of rays through it.
-struct Square {
-    u: f64,
-    v: f64,
-    size: f64,
+/// Squares beside each other and the cones of rays through them.
+struct Squares {
+    /// The corner of the first, px.
+    place: (usize, usize),
+    size: usize,
     eye: Vector3<f64>,
-    /// Its middle, of length 1.
-    axis: Vector3<f64>,
-    /// The tangent of half the cone's angle.
-    slope: f64,
-    /// The rays about its corners.
-    corners: Four3,
+    /// Their middles, of length 1.
+    axes: Four3,
+    /// The tangents of half the cones' angles.
+    slopes: f32x4,
+    /// The rays about their corners.
+    corners: [Four3; 4],
 }
 
 /// Corners in the order of [`Content::Room`].
-const CORNERS: [(f64, f64); 4] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
+const CORNERS: [[f32; 4]; 2] = [[0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]];
 
-impl Square {
+impl Squares {
+    #[inline(always)]
     fn new(lens: &Lens, u: usize, v: usize, size: usize) -> Self {
         let place = (u, v);
-        let (u, v, size) = (u as f64, v as f64, size as f64);
-        let axis = lens.direction(u + size / 2.0, v + size / 2.0).normalize();
-        // A pixel more on every side: looks go half a pixel beyond, and lines bow a little between corners.
-        let (low, high) = (-1.5, size as f32 + 0.5);
-        let beside = [[low, high, low, high], [low, low, high, high]];
-        let (corners, _) = lens.four_rays(place, beside.map(f32x4::from));
-        let off = (corners - Four3::of(axis.cast())).norm().to_array();
+        let edge = size as f32;
+        let axes = lens.rays_beside(place, size, [(edge - 1.0) / 2.0; 2]);
+        // Looks go half a pixel beyond; lines bow between corners, far less than a pixel in a whole square and a sixteenth of that
+        // in a part.
+        let beyond = 0.5 + edge / TILE as f32;
+        let (low, high) = (-beyond, edge - 1.0 + beyond);
+        let (left, right) = ([[low, low], [low, high]], [[high, low], [high, high]]);
+        let corners = [
+            lens.rays_beside(place, size, left[0]),
+            lens.rays_beside(place, size, right[0]),
+            lens.rays_beside(place, size, left[1]),
+            lens.rays_beside(place, size, right[1]),
+        ];
+        let mut chord = f32x4::splat(0.0);
+        for corner in corners {
+            chord = chord.fast_max((corner - axes).norm());
+        }
         // More than single precision rounds off, and far less than a pixel.
-        let chord = f64::from(off[0].max(off[1]).max(off[2].max(off[3]))) + 1e-6;
-        let cos = 1.0 - chord * chord / 2.0;
-        let slope = (1.0 - cos * cos).max(0.0).sqrt() / cos;
-        Self { u, v, size, eye: lens.centre, axis, slope, corners }
+        let chord = chord + f32x4::splat(2e-6);
+        let (one, half2) = (f32x4::splat(1.0), chord * chord * f32x4::splat(0.5));
+        let cos = one - half2;
+        let sine = chord * (one - half2 * f32x4::splat(0.5)).fast_max(f32x4::splat(0.0)).sqrt();
+        Self { place, size, eye: lens.centre, axes, slopes: sine / cos, corners }
     }
 
-    /// Returns whether every ray through it meets the table's top.
-    fn is_on(&self, table: &Table) -> bool {
-        let (x, y, z) = (self.corners.x, self.corners.y, self.corners.z);
-        let far = f32x4::splat(-self.eye.z as f32) / z;
-        let (x, y) = ((x * far).to_array(), (y * far).to_array());
-        let is_seen = |k: usize| {
-            let at = [self.eye.x + f64::from(x[k]), self.eye.y + f64::from(y[k])];
-            far.to_array()[k] > 0.0 && table.holds(at[0], at[1], 1e-3)
+    /// Returns which of them have only rays that meet the table's top, a bit each.
+    #[inline(always)]
+    fn are_on(&self, table: &Table) -> u32 {
+        let (zero, eye) = (f32x4::splat(0.0), self.eye);
+        let mut on = zero.simd_le(zero);
+        for Four3 { x, y, z } in self.corners {
+            let far = f32x4::splat(-eye.z as f32) / z;
+            let within = |at: f32x4, k: usize, size: f64| {
+                let from_middle = at * far + f32x4::splat((eye[k] - table.centre[k]) as f32);
+                from_middle.abs().simd_le(f32x4::splat((size / 2.0 - 1e-3) as f32))
+            };
+            on &= far.simd_gt(zero) & within(x, 0, table.size.x) & within(y, 1, table.size.y);
+        }
+        on.to_bitmask()
+    }
+
+    /// Returns in which of them a thing can be met, a bit each. A few more may be told, none less.
+    #[inline(always)]
+    fn meet(&self, stage: &Stage<'_>, index: usize) -> u32 {
+        let thing = &stage.things[index];
+        let Some(plain) = &stage.plain[index] else {
+            let slopes = self.slopes.to_array();
+            let meets = |k: &usize| {
+                let axis = self.axes.lane(*k).normalize();
+                thing.in_cone(self.eye, axis, f64::from(slopes[*k]))
+            };
+            return (0..BESIDE).filter(meets).map(|k| 1 << k).sum();
         };
-        (0..4).all(is_seen)
+        // As `Thing::in_cone`; what is added is more than single precision rounds off.
+        let to = thing.centre - self.eye;
+        let (far, radius) = (to.norm() as f32, thing.radius as f32);
+        let width = self.slopes * f32x4::splat(far + radius) + f32x4::splat(1e-5 * (1.0 + far));
+        let along = Four3::of(to.cast()).dot(self.axes);
+        let reach = width + f32x4::splat(radius);
+        let off2 = f32x4::splat(far * far * (1.0 - 2e-6)) - along * along;
+        let is_near = along.simd_ge(-reach) & off2.simd_le(reach * reach);
+        if !is_near.any() {
+            return 0;
+        }
+        (is_near & plain.is_about(self.axes, width)).to_bitmask()
     }
 
-    fn meets(&self, stage: &Stage<'_>, thing: u32) -> bool {
-        stage.things[thing as usize].in_cone(self.eye, self.axis, self.slope)
+    /// Returns which marks of the table can be met in the k-th.
+    fn marks(&self, stage: &Stage<'_>, k: usize) -> Vec<u32> {
+        let axis = self.axes.lane(k).normalize();
+        let slope = f64::from(self.slopes.to_array()[k]);
+        let is_met = |mark: &Mark| {
+            let to = Vector3::new(mark.x, mark.y, 0.0) - self.eye;
+            let (along, far) = (to.dot(&axis), to.norm() + mark.radius);
+            let reach = mark.radius + slope * far;
+            to.norm_squared() - along * along <= reach * reach
+        };
+        (0_u32..).zip(stage.marks).filter(|(_, mark)| is_met(mark)).map(|(at, _)| at).collect()
     }
 
-    fn content(&self, stage: &Stage<'_>, lens: &Lens, things: &[u32]) -> Content {
+    /// Returns how the k-th is drawn, where `things` can be met; `on_top` tells which show only the table's top.
+    #[inline(always)]
+    fn content(
+        &self,
+        stage: &Stage<'_>,
+        lens: &Lens,
+        things: &[u32],
+        (k, on_top): (usize, u32),
+    ) -> Content {
         match things {
             [] => {
-                let rays = CORNERS.map(|(x, y)| {
-                    lens.direction(self.u + x * self.size, self.v + y * self.size).normalize()
-                });
-                if rays.iter().all(|d| d.z < LOW) {
-                    Content::Room(rays.map(|d| stage.lighting.room(self.eye, d).cast()))
+                let edge = f32x4::splat(self.size as f32);
+                let place = (self.place.0 + k * self.size, self.place.1);
+                let (rays, _) = lens.four_rays(place, CORNERS.map(|at| f32x4::from(at) * edge));
+                if rays.z.simd_lt(f32x4::splat(LOW)).all() {
+                    Content::Room(stage.lighting.room_four(self.eye, rays).each())
                 } else {
                     Content::Things
                 }
             }
+            [0] if on_top >> k & 1 == 1 => Content::Top,
             [0] => Content::Table,
             _ => Content::Things,
         }
@@ -203,7 +313,7 @@ mod tests {
 
     use super::*;
     use crate::twin::render::{Body, Light, Options, Paint, Shape, View};
-    use crate::world::{Camera, Intrinsics, Mark};
+    use crate::world::{Camera, Intrinsics};
 
     /// Things of every size before, beside and behind the camera, around it, and close to it.
     #[test]
@@ -244,9 +354,9 @@ mod tests {
             let camera = Camera::looking(intrinsics, eye, Vector3::new(0.5, 0.0, 0.05));
             let lens = Lens::new(&camera);
             let stage = Stage::new(&view, Options::quick(), lens.centre);
-            let tiles = tiles(&stage, &lens, 72, 50);
+            let tiles = Tiles::new(&stage, &lens, 72, 50);
             for (u, v) in (0..50).flat_map(|v| (0..72).map(move |u| (u, v))) {
-                let (_, candidates) = tiles[v / TILE * 5 + u / TILE].part(u % TILE, v % TILE);
+                let (_, candidates) = tiles.of(u, v).part(u % TILE, v % TILE);
                 // Looks at an edge go half a pixel to either side.
                 for (x, y) in [(-0.5, -0.5), (0.0, 0.0), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)] {
                     let d = lens.direction(u as f64 + x, v as f64 + y).normalize();

@@ -1,14 +1,16 @@
 //! What one ray sees: the nearest surface and its light. What is transparent is `super::glass`'s.
 
+#![expect(clippy::inline_always, reason = "the work is built again for each kind of processor")]
+
 use nalgebra::Vector3;
 
-use super::glass::entry;
 use super::known::{surface_of, surface_through};
 use super::light::{Lighting, Rgb};
 use super::options::Options;
-use super::rays::{Balls, Plain};
+use super::rays::{Balls, Casters, Plain};
 use super::scene::{self, Hit, Kind, Thing};
-use super::solid::TOP;
+use super::span::TOP;
+use super::vectors::Four3;
 use super::view::{NOTHING, TABLE, View};
 use crate::world::{Mark, Table};
 
@@ -32,6 +34,8 @@ pub(super) struct Stage<'a> {
     pub(super) eye: Vector3<f64>,
     /// For each thing those that can cast a shadow on it.
     casters: Vec<Vec<u32>>,
+    /// The balls around those.
+    caster_balls: Vec<Casters>,
 }
 
 /// What can be met in a part of the picture; see [`super::tile`].
@@ -89,10 +93,13 @@ impl<'a> Stage<'a> {
     pub(super) fn new(view: &'a View, options: Options, eye: Vector3<f64>) -> Self {
         let things = scene::things(view);
         let lighting = Lighting::new(view, &things, options, eye);
-        let casters = (0..things.len()).map(|k| lighting.casters(&things, k)).collect();
+        let casters: Vec<Vec<u32>> =
+            (0..things.len()).map(|k| lighting.casters(&things, k)).collect();
+        let caster_balls = casters.iter().map(|told| Casters::new(&things, told)).collect();
         let plain = things.iter().map(|thing| Plain::new(thing, eye, &lighting)).collect();
         let (table, balls) = (view.table, Balls::new(&things));
-        Self { things, lighting, marks: &view.marks, table, plain, balls, eye, casters }
+        let marks = &view.marks;
+        Self { things, lighting, marks, table, plain, balls, eye, casters, caster_balls }
     }
 
     /// Looks from `o` along `d` (unit). `candidates` are the things that can be met; `None` means any.
@@ -125,7 +132,7 @@ impl<'a> Stage<'a> {
             } else if !thing.near(o, d, nearest) {
                 return;
             } else if thing.paint.transparent {
-                if let Some(t) = entry(thing, o, d)
+                if let Some(t) = thing.entry(o, d)
                     && clear.is_none_or(|(best, _)| t < best)
                 {
                     clear = Some((t, index));
@@ -278,6 +285,35 @@ impl<'a> Stage<'a> {
         &near[..n]
     }
 
+    /// As [`Self::casters`], of places within a distance of one, for those that stand between them and the lamp or nearly so.
+    #[inline(always)]
+    pub(super) fn casters_about<'c>(
+        &'c self,
+        index: usize,
+        near: &'c mut [u32; FEW],
+        (from, around): (Vector3<f32>, f32),
+        (towards, sine): (Four3, f32),
+        may: impl Fn(u32) -> bool,
+    ) -> &'c [u32] {
+        let beside = &self.casters[index];
+        if beside.len() > FEW {
+            return beside;
+        }
+        let mut n = 0;
+        self.caster_balls[index].between(
+            (from, around),
+            (towards, sine),
+            #[inline(always)]
+            |k| {
+                if may(beside[k]) {
+                    near[n] = beside[k];
+                    n += 1;
+                }
+            },
+        );
+        &near[..n]
+    }
+
     /// Returns the part of the lamp a place on a body sees, and a key that changes with it.
     fn lit(&self, index: usize, hit: &Hit, at: Vector3<f64>) -> (f64, u64) {
         let own = &self.things[index];
@@ -291,7 +327,11 @@ impl<'a> Stage<'a> {
         }
         let mut near = [0; FEW];
         let casters = self.casters(index, &mut near, |caster| {
-            self.things[caster as usize].in_beam(from, &self.lighting)
+            self.things[caster as usize].in_beam(
+                from,
+                self.lighting.towards(),
+                self.lighting.sine(),
+            )
         });
         let mut seen = 0.0;
         for &to in samples {
