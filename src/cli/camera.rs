@@ -137,8 +137,7 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
     let others = masks::opened(&args.masks, style)?;
     let camera = calibrated(args.calibration.as_deref(), &image, scene.clone(), style)?;
     let look = |options: &Options| {
-        vision::see(&image, &camera, &scene, options)
-            .map_err(|error| Failure::input("camera::picture", error.to_string()).at(&place))
+        vision::see(&image, &camera, &scene, options).map_err(|error| unused(&error).at(&place))
     };
     let mut sightings = look(&Options::default())?;
     if let Some(others) = &others {
@@ -174,6 +173,17 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
     }
     let all = sightings.iter().all(|sighting| sighting.found);
     Ok(if all { Exit::Yes } else { Exit::No })
+}
+
+/// Tells of a picture that cannot be used.
+pub(super) fn unused(error: &vision::Error) -> Failure {
+    let failure = Failure::input("camera::picture", error.to_string());
+    if matches!(error, vision::Error::WrongSize { .. }) {
+        return failure.help(
+            "name the camera that took it: `--calibration FILE`, or its scene: `--scene FILE.task`; without these it is the kitchen's",
+        );
+    }
+    failure
 }
 
 /// How much larger a box is that somebody else is given than what was seen in it, on each side as a share: as one drawn by hand.

@@ -15,6 +15,7 @@ use crate::report::{self, Failure, Style};
 use crate::workcell::{self, Laboratory};
 
 use super::cell::options;
+use super::numbers;
 use super::shared::Shared;
 use super::signals;
 use crate::report::exit::Exit;
@@ -43,7 +44,7 @@ pub(super) struct EmulateArgs {
     #[arg(long, default_value = "admin")]
     password: String,
     /// Soft limits as a share of the hard ones, from 0.02 to 1.
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
+    #[arg(long, value_name = "SHARE", value_parser = numbers::share, default_value_t = 1.0)]
     soft: f64,
     /// What goes wrong, such as `drop=0.01,stall=3s@10s`.
     #[arg(long, value_name = "NAME=VALUE,..")]
@@ -84,13 +85,6 @@ pub(super) fn emulate(args: &EmulateArgs, cli: &Shared, style: Style) -> Result<
             .map_err(|wrong: WrongFault| Failure::input("emulate::fault", wrong.to_string()))
             .map_err(|failure| failure.help(FAULT_WORDS))?,
     };
-    if !(0.02..=1.0).contains(&args.soft) {
-        return Err(Failure::input(
-            "usage::share",
-            format!("{} is not a share from 0.02 to 1", args.soft),
-        )
-        .help("leave `--soft` out for the hard limits themselves"));
-    }
     let (robot, plant, beside) = inside(args, cli, style)?;
     let options = Options {
         address: args.listen,

@@ -114,11 +114,6 @@ impl Ready {
                 .at(target.to_string())
                 .help("name the camera that sees the table: `--camera-at http://HOST/PATH`"));
         };
-        if !(0.02..=1.0).contains(&args.speed) {
-            let what = format!("a speed of {} is not a share from 0.02 to 1", args.speed);
-            return Err(Failure::input("usage::share", what)
-                .help("leave `--speed` out for 0.1, a tenth of the arm's limits"));
-        }
         let login = login(&target, style)?;
         Ok(Self {
             target,

@@ -17,6 +17,11 @@ pub(super) fn budget(text: &str) -> Result<f64, String> {
     within(text, 0.001, 86_400.0, "s")
 }
 
+/// Reads which share of a robot's limits is used.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    within(text, 0.02, 1.0, "")
+}
+
 /// Reads for how long the beat of a stream is measured, s.
 #[cfg(feature = "kortex")]
 pub(super) fn beat(text: &str) -> Result<f64, String> {
@@ -49,7 +54,9 @@ fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> 
     if (least..=most).contains(&value) {
         return Ok(value);
     }
-    Err(format!("it should be from {} to {} {unit}", significant(least, 4), significant(most, 4)))
+    let range =
+        format!("it should be from {} to {} {unit}", significant(least, 4), significant(most, 4));
+    Err(range.trim_end().to_owned())
 }
 
 #[cfg(test)]
@@ -63,6 +70,9 @@ mod tests {
             assert_eq!(seconds(text).unwrap_err(), "it should be from 0.1 to 3600 s", "{text}");
         }
         assert!(seconds("soon").is_err());
+        for text in ["0", "-3", "5", "nan"] {
+            assert_eq!(share(text).unwrap_err(), "it should be from 0.02 to 1", "{text}");
+        }
         assert!(millilitres("-1").is_err() && millilitres("1e9").is_err());
         assert_eq!(candidates("-3").unwrap_err(), "it should be from 1 to 64");
         assert_eq!(tries("100001").unwrap_err(), "it should be from 1 to 100000");

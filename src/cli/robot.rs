@@ -98,6 +98,10 @@ pub(super) struct PlanArgs {
     problem: PathBuf,
 }
 
+/// What a planning problem looks like.
+const PROBLEM: &str = "it holds {\"start\": [..], \"goals\": [[..]], \"obstacles\": [{\"shape\": \"box\", \"size_m\": [0.1, 0.1, 0.4], \
+     \"pose\": {\"xyz_m\": [0.5, 0, 0.2], \"quat_wxyz\": [1, 0, 0, 0]}}]}";
+
 fn robot_of(which: &Which) -> Result<Robot, Failure> {
     let tip = which.tip.as_deref();
     match (&which.robot_file, tip) {
@@ -195,12 +199,9 @@ pub(super) fn robot(
         RobotCommand::Plan(args) => {
             let robot = robot_of(&args.which)?;
             let place = args.problem.display().to_string();
-            let problem: Problem =
-                serde_json::from_str(&read(&args.problem)?).map_err(|error| {
-                    Failure::input("robot::problem", format!("not a planning problem: {error}"))
-                        .at(&place)
-                        .help("it holds {\"start\": [..], \"goals\": [[..]], \"obstacles\": [..]}")
-                })?;
+            let problem = Problem::parse(&read(&args.problem)?).map_err(|error| {
+                Failure::input("robot::problem", error.to_string()).at(&place).help(PROBLEM)
+            })?;
             let settings = rrt::Settings::seeded(seed);
             watch_interrupt()?;
             let budget = Budget::new(is_interrupted);

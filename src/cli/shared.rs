@@ -75,7 +75,7 @@ pub(super) struct CellArgs {
     #[arg(long, global = true, help_heading = ARM, value_name = "URL")]
     pub(super) scales_at: Option<Address>,
     /// The share of a real arm's speed and acceleration limits that is used, from 0.02 to 1.
-    #[arg(long, global = true, help_heading = ARM, value_name = "SHARE", default_value_t = 0.1)]
+    #[arg(long, global = true, help_heading = ARM, value_name = "SHARE", value_parser = numbers::share, default_value_t = 0.1)]
     pub(super) speed: f64,
     /// Send a Gen3 positions at 1 kHz over UDP, at the port after its TCP port, instead of waypoints.
     #[arg(long, global = true, help_heading = ARM)]

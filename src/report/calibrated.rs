@@ -29,6 +29,8 @@ pub enum Seen {
     NotFound(NotFound),
     /// Width and height, px, are not those of the pictures before.
     OtherSize((u32, u32)),
+    /// The board is where it is in this picture before, to the last digit: it is the same picture.
+    SameAs(String),
     /// It cannot be read.
     Unreadable(String),
 }
@@ -41,6 +43,9 @@ impl Picture {
             Seen::NotFound(why) => Some(why.to_string()),
             Seen::OtherSize((w, h)) => {
                 Some(format!("{w} x {h} px, unlike the pictures before: one camera at one setting"))
+            }
+            Seen::SameAs(other) => {
+                Some(format!("the same picture as {other}, so it says nothing more"))
             }
             Seen::Unreadable(why) => Some(why.clone()),
         }

@@ -7,6 +7,8 @@ use std::io;
 use std::path::Path;
 
 use super::{Style, complain, diagnostics};
+use crate::alignment::vision;
+use crate::execution::calibrate;
 use crate::execution::error::ActionError;
 use crate::files::write;
 use crate::graph;
@@ -234,6 +236,10 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Robot(_) => Failure::input("scene::robot", words)
             .help("`--stdlib DIR` adds `DIR/robots/NAME/NAME.urdf` and its `robot.toml`"),
         Error::Lab(_) => Failure::input("lab::settings", words),
+        Error::Calibrate(calibrate::Error::Picture(vision::Error::NoMarks { .. })) => {
+            Failure::no("align::failed", words)
+                .help("print more dots, spread over the table, and write their centres into the scene's `marks`")
+        }
         Error::Calibrate(_) => Failure::no("align::failed", words)
             .help("is the table in the picture, and do its dots match the scene's `marks`?"),
         Error::NotSeen(object) => Failure::no("camera::not_seen", words)

@@ -50,6 +50,8 @@ pub(super) enum Mistake<'a> {
     TableNoBox,
     #[error("the table's centre needs x and y")]
     TableCentre,
+    #[error("heights are measured from the table's top, so it has none itself")]
+    TableHeight,
     #[error("{} is a length, and this is {}", of.words(), is.words())]
     NoLength { of: Side<'a>, is: Dimension, text: &'a str },
     #[error("{} cannot be {quantity}", of.words())]
@@ -166,6 +168,7 @@ impl Mistake<'_> {
             Self::NoQuantity { .. } => ("task::type", "expected one"),
             Self::NoText { .. } => ("task::type", "expected a text"),
             Self::TableCentre => ("task::point", "too few"),
+            Self::TableHeight => ("task::point", "expected x and y"),
             Self::UnknownShape { .. } => ("task::unknown_name", "not a shape"),
             Self::UnknownProperty { .. } => ("task::unknown_name", "not known"),
             Self::ShapeTakes { .. } | Self::LathePairs => ("task::argument", "not what it takes"),
@@ -211,6 +214,10 @@ impl Mistake<'_> {
             Self::NoRobot { .. } => "add `robot gen3_2f85 at (0 m, 0 m, 0 m)`",
             Self::TableNoBox => "write `box(120 cm, 80 cm, 2 cm)`: along x, along y, thickness",
             Self::TableCentre => "write `at (0.5 m, 0 m)`",
+            Self::TableHeight => {
+                "write `at (0.5 m, 0 m)`; where the arm's foot stands on another height, say that: `robot gen3_2f85 at \
+                 (0 m, 0 m, 0.20 m)` is 20 cm above the table's top"
+            }
             Self::FarCoordinate { .. } => "at most 10 m",
             Self::ThickWalls { .. } => "give the thickness of one wall, such as `wall 3 mm`",
             Self::HoldsTooMuch { .. } => "correct `holds`, the outside, or `wall`",

@@ -220,8 +220,16 @@ impl Reader<'_> {
                 self.tell(*span, &Mistake::TableCentre);
                 return None;
             }
-            for (i, literal) in at.iter().take(2).enumerate() {
-                centre[i] = self.coordinate(*literal)?.value;
+            for (i, literal) in at.iter().enumerate() {
+                let value = self.coordinate(*literal)?.value;
+                match centre.get_mut(i) {
+                    Some(centre) => *centre = value,
+                    None if i == 2 && value == 0.0 => {}
+                    None => {
+                        self.tell(*span, &Mistake::TableHeight);
+                        return None;
+                    }
+                }
             }
         }
         let colour = self.properties(thing).colour.unwrap_or([200, 176, 144]);

@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use crate::alignment::marks;
 use crate::discovery::vocabulary;
 use crate::execution::uses;
 use crate::execution::walk::Texts as _;
@@ -64,6 +65,10 @@ pub fn check_file(
                 // What could not be read is not missing.
                 let damaged = errors.iter().any(|error| is_inside(*error, scene.span));
                 deeper.extend(wrong.into_iter().filter(|d| !damaged || d.code != "task::missing"));
+                let dots: usize = scene.marks.iter().map(|group| group.centres.len()).sum();
+                if let Some(group) = scene.marks.first().filter(|_| dots < marks::NEEDED) {
+                    deeper.push(wording::few_marks(group.span, dots));
+                }
             }
             Item::Twin(twin) => {
                 let wrong = vocabulary::check(twin);

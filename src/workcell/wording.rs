@@ -4,6 +4,7 @@
 
 use std::fmt::Display;
 
+use crate::alignment::marks::NEEDED;
 use crate::fluent::Score;
 use crate::language::Diagnostic;
 use crate::language::ast::{EffectItem, Span};
@@ -254,6 +255,15 @@ pub(super) fn unheeded(item: &EffectItem, why: &Unheeded) -> Diagnostic {
         format!("rehearsals do not simulate `{}({})`: {why}", item.name.text, item.at.text);
     Diagnostic::warning("task::unheeded", item.name.span, message, "not simulated")
         .help("`gap` judges with it all the same; a run goes without it")
+}
+
+/// A scene with fewer dots than the camera's place is told from.
+pub(super) fn few_marks(marks: Span, dots: usize) -> Diagnostic {
+    let there =
+        if dots == 1 { "there is 1 dot".to_owned() } else { format!("there are {dots} dots") };
+    let message = format!("a camera is aligned by {NEEDED} dots or more, and {there}");
+    Diagnostic::warning("scene::marks", marks, message, "a run with a camera stops here")
+        .help("print more dots, spread over the table, and write where their centres are")
 }
 
 /// An action's script that nobody has; `near` is the name that is most like it.

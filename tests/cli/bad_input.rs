@@ -108,6 +108,10 @@ const CASES: &[Case] = &[
         "start",
     ),
     case(&["robot", "plan", "--problem", "cone.json"], 2, "robot::input", "cone", ""),
+    case(&["robot", "plan", "--problem", "slip.json"], 2, "robot::problem", "`obstcles`", "box"),
+    case(&["--speed", "5", "-c", "home()"], 2, "usage", "from 0.02 to 1", ""),
+    case(&["--speed", "nan", "-c", "home()"], 2, "usage", "from 0.02 to 1", ""),
+    case(&["check", "high.task"], 1, "task::point", "heights are measured", "robot gen3_2f85 at"),
     // Camera.
     case(&["camera", "calibrate", "tiny.png"], 2, "usage", "--board", ""),
     case(&["camera", "calibrate", "tiny.png", "--board", "9x6"], 2, "usage", "25mm", ""),
@@ -156,6 +160,11 @@ fn scratch(name: &str) -> Scratch {
                 "pose": {{"xyz_m": [1, 0, 0], "quat_wxyz": [1, 0, 0, 0]}}, "size_m": [0.1]}}]}}"#
         ),
     );
+    scratch
+        .file("slip.json", format!(r#"{{"start": {zeros}, "goals": [{zeros}], "obstcles": []}}"#));
+    let table = "box(120 cm, 80 cm, 2 cm) at (0.50 m, 0 m";
+    assert!(kitchen.contains(table), "the kitchen's table is elsewhere");
+    scratch.file("high.task", kitchen.replace(table, &format!("{table}, 20 cm")));
     scratch.file("broken.png", b"\x89PNG\r\n\x1a\nand then nothing");
     image::RgbImage::new(8, 6).save(scratch.path("tiny.png")).unwrap();
     scratch

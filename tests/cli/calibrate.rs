@@ -29,6 +29,19 @@ fn one_picture_that_is_face_on_is_refused_with_what_to_photograph() {
 }
 
 #[test]
+fn one_picture_given_again_is_one_picture() {
+    let scratch = Scratch::new("calibrate-again");
+    for name in ["a.png", "b.png", "c.png"] {
+        face_on().save(scratch.path(name)).unwrap();
+    }
+    let board = ["camera", "calibrate", "--board", "chessboard:9x6:25mm"];
+    let said = scratch.trueup(&[&board[..], &["a.png", "b.png", "a.png", "--json"]].concat());
+    assert_eq!((said.code, said.error("code").as_str()), (2, "camera::views"), "{said:?}");
+    let one = scratch.trueup(&[&board[..], &["a.png", "--json"]].concat());
+    assert_eq!(said.error("message"), one.error("message"), "three of one are refused as one is");
+}
+
+#[test]
 fn photographs_become_a_file_that_camera_see_reads() {
     let Some(dir) = public("opencv_chessboard") else { return };
     let scratch = Scratch::new("calibrate-photos");

@@ -102,6 +102,28 @@ fn all_mistakes_of_all_files_are_told_at_once() {
 }
 
 #[test]
+fn too_few_dots_for_a_camera_are_told_before_a_run() {
+    let scratch = Scratch::new("check-dots");
+    let scene = |fifth: &str| {
+        format!(
+            "scene few {{\n    table: Surface = box(120 cm, 80 cm, 2 cm) at (0.50 m, 0 m)\n    \
+             marks dots(radius 12 mm) {{ (0.25 m, -0.36 m) (0.25 m, 0.36 m) (0.80 m, -0.36 m) (0.80 m, 0.36 m) {fifth}}}\n    \
+             camera overhead {{ image 1280 x 720  focal ~ 900 px  at (1.25 m, 0 m, 0.85 m) looking (0.60 m, 0 m, 0.05 m) }}\n    \
+             robot gen3_2f85\n}}\n"
+        )
+    };
+    scratch.file("four.task", scene(""));
+    scratch.file("five.task", scene("(0.90 m, 0 m) "));
+    let four = scratch.trueup(&["check", "four.task"]);
+    assert!(
+        four.out.contains("there are 4 dots") || four.err.contains("there are 4 dots"),
+        "{four:?}"
+    );
+    let five = scratch.trueup(&["check", "five.task"]);
+    assert!(five.code == 0 && !five.out.contains("dots or more"), "{five:?}");
+}
+
+#[test]
 fn a_folder_without_task_files_is_not_called_faultless() {
     let scratch = Scratch::new("cli-check-empty");
     scratch.file("empty/readme.txt", "nothing here");

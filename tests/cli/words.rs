@@ -170,7 +170,7 @@ fn a_graph_becomes_a_text_that_has_it() {
          scene scratch {\n\
          table: Surface = box(120 cm, 80 cm, 2 cm) at (0.50 m, 0 m)\n\
          mug: Mug = cylinder(radius 40 mm, height 90 mm) { wall 3 mm }\n\
-         marks dots(radius 12 mm) { (0.25 m, -0.36 m) (0.25 m, 0.36 m) (0.80 m, -0.36 m) (0.80 m, 0.36 m) }\n\
+         marks dots(radius 12 mm) { (0.25 m, -0.36 m) (0.25 m, 0.36 m) (0.80 m, -0.36 m) (0.80 m, 0.36 m) (0.90 m, 0 m) }\n\
          camera overhead { image 1280 x 720 focal ~ 900 px at (1.25 m, 0 m, 0.85 m) looking (0.60 m, 0 m, 0.05 m) }\n\
          robot gen3_2f85 at (0 m, 0 m, 0 m)\n}\n\
          fluent warm(m: Mug) = height(m) <= 1 cm\nfluent good(m: Mug) = warm(m) and visible(m)\n\

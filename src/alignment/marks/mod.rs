@@ -37,7 +37,7 @@ pub struct MarkSighting {
 }
 
 /// A homography has eight unknowns; five dots leave two numbers to contradict it.
-const NEEDED: usize = 5;
+pub const NEEDED: usize = 5;
 
 /// Corners of the polygon that stands for a dot's rim: the area it lacks, 0.16 %, is the same all round and moves no
 /// centre.

@@ -49,8 +49,7 @@ pub use verify::verify;
 pub enum Error {
     /// The picture and the camera disagree about the picture's size.
     #[error(
-        "the picture is {} x {} px, the camera's calibration is for {} x {} px; \
-         use the calibration of this camera at this size",
+        "the picture is {} x {} px, the camera's calibration is for {} x {} px",
         image.0, image.1, camera.0, camera.1
     )]
     WrongSize {
@@ -60,9 +59,7 @@ pub enum Error {
         camera: (u32, u32),
     },
     /// The scene has too few printed dots for a homography.
-    #[error(
-        "the scene has {marks} table marks, alignment needs at least {needed}; add `marks dots` to the scene"
-    )]
+    #[error("the scene has {marks} printed dots, alignment needs at least {needed}")]
     NoMarks {
         /// Marks in the scene.
         marks: usize,

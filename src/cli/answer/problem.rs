@@ -1,9 +1,13 @@
 //! A planning problem, as `robot plan` is given it: JSON → start, goals and what stands in the way.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::rows::FARTHEST;
+use crate::language::nearest;
 use crate::motion::Error;
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::robot::Robot;
@@ -41,16 +45,35 @@ pub struct ProblemObstacle {
     pub size_m: Vec<f64>,
 }
 
+/// Refuses a key that is most likely a slip of one that would be read and is not there.
+fn check_keys(keys: &[&String], known: &[&str]) -> Result<(), Error> {
+    let is_there = |name: &str| keys.iter().any(|key| *key == name);
+    let slip = |key: &&&String| !known.contains(&key.as_str());
+    for key in keys.iter().filter(slip) {
+        let meant = nearest(key, known.iter().copied()).filter(|meant| !is_there(meant));
+        if let Some(meant) = meant {
+            let what =
+                format!("not a planning problem: `{key}` is not read; did you mean `{meant}`?");
+            return Err(Error::Input { what });
+        }
+    }
+    Ok(())
+}
+
 impl Problem {
     /// Reads a problem from JSON.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] with the line and column of what is wrong.
+    /// [`Error::Input`] with the line and column of what is wrong; for a key that is most likely a slip of one that is
+    /// known, since what it holds would be left out. Other keys are the file's own.
     pub fn parse(text: &str) -> Result<Self, Error> {
-        serde_json::from_str(text).map_err(|error| Error::Input {
-            what: format!("the planning problem is not valid: {error}"),
-        })
+        let said = |error: serde_json::Error| Error::Input {
+            what: format!("not a planning problem: {error}"),
+        };
+        let keys: BTreeMap<String, IgnoredAny> = serde_json::from_str(text).map_err(said)?;
+        check_keys(&keys.keys().collect::<Vec<_>>(), &["start", "goals", "obstacles"])?;
+        serde_json::from_str(text).map_err(said)
     }
 
     /// Checks that start and goals are joint positions, and not too many.

@@ -180,8 +180,12 @@ pub(in crate::cli) fn look(
                 Ok(points) => {
                     // The size is that of the first picture that shows the board.
                     size = Some(image.dimensions());
-                    views.push(View { name: name.clone(), points, world_from_camera: None });
-                    Seen::Board(views.len() - 1)
+                    if let Some(same) = views.iter().find(|view: &&View| view.points == points) {
+                        Seen::SameAs(same.name.clone())
+                    } else {
+                        views.push(View { name: name.clone(), points, world_from_camera: None });
+                        Seen::Board(views.len() - 1)
+                    }
                 }
             },
         };
