@@ -91,8 +91,8 @@ pub enum Error {
         /// Its highest position.
         upper: f64,
     },
-    /// The start of a motion is in collision.
-    #[error("the {which} is in collision: {first} and {second} overlap by {:.1} mm", depth * 1e3)]
+    /// The start or goal of a motion is in collision, or nearer to something than is wanted.
+    #[error("{}", said_of_collision((which, first, second), *depth, *margin))]
     Collision {
         /// "start" or "goal".
         which: String,
@@ -100,8 +100,10 @@ pub enum Error {
         first: String,
         /// The other.
         second: String,
-        /// By how much, m.
+        /// By how much the distance is too small, m.
         depth: f64,
+        /// The distance that is wanted, m.
+        margin: f64,
     },
     /// The start or goal does not keep the tool's axis inside its cone.
     #[error("the {which} tilts the tool by {:.1}°, more than {:.1}°", angle.to_degrees(), max_angle.to_degrees())]
@@ -163,4 +165,19 @@ pub enum Error {
     /// A person or a watcher asked to stop.
     #[error("stopped")]
     Cancelled,
+}
+
+/// Words two parts that overlap, or are nearer to each other than is wanted; m.
+fn said_of_collision(parts: (&str, &str, &str), depth: f64, margin: f64) -> String {
+    let (which, first, second) = parts;
+    if depth >= margin {
+        let overlap = (depth - margin) * 1e3;
+        return format!(
+            "the {which} is in collision: {first} and {second} overlap by {overlap:.1} mm"
+        );
+    }
+    let (apart, wanted) = ((margin - depth) * 1e3, margin * 1e3);
+    format!(
+        "the {which} is too near to something: {first} and {second} are {apart:.1} mm apart, and {wanted:.1} mm are to be kept"
+    )
 }

@@ -259,6 +259,7 @@ pub(super) fn check_end(
             first: clearance.first,
             second: clearance.second,
             depth: world.margin() - clearance.distance,
+            margin: world.margin(),
         });
     }
     if let Some(cone) = cone

@@ -128,6 +128,17 @@ fn a_problem_that_cannot_be_solved_or_read_says_why() {
     let answer = to_value(answer).unwrap();
     assert_eq!(answer["found"], false);
     assert!(answer["reason"].as_str().unwrap().contains("goal is in collision"), "{answer}");
+    // Free by 8 cm, and asked for 30: a margin is kept, and one that cannot be is told.
+    let mut wide = problem();
+    wide["margin_m"] = json!(0.3);
+    let wide = Problem::parse(&wide.to_string()).unwrap();
+    let answer =
+        plan(&robot, &wide, Means::default(), &Settings::default(), &run, &mut clock()).unwrap();
+    assert_eq!(to_value(answer).unwrap()["found"], false);
+    let mut wrong = problem();
+    wrong["margin_m"] = json!(-0.01);
+    let wrong = Problem::parse(&wrong.to_string()).unwrap();
+    assert!(matches!(wrong.world(&robot), Err(Error::Input { .. })));
     let mut wrong = problem();
     wrong["obstacles"][1]["size_m"] = json!([0.1]);
     let wrong = Problem::parse(&wrong.to_string()).unwrap();

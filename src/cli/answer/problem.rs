@@ -16,6 +16,8 @@ use crate::world::frame::{Base, Object, Pose};
 
 /// A side is no shorter than this, m.
 const SMALLEST: f64 = 1e-6;
+/// A margin is no wider than this, m: an arm's own parts are nearer to each other than that.
+const WIDEST: f64 = 0.5;
 /// So many goals and so many obstacles are taken.
 const GOALS: usize = 10_000;
 const OBSTACLES: usize = 10_000;
@@ -30,6 +32,9 @@ pub struct Problem {
     /// What stands in the way.
     #[serde(default)]
     pub obstacles: Vec<ProblemObstacle>,
+    /// How far the arm stays from everything, itself as well, m.
+    #[serde(default)]
+    pub margin_m: f64,
 }
 
 /// An obstacle of a planning problem.
@@ -72,7 +77,7 @@ impl Problem {
             what: format!("not a planning problem: {error}"),
         };
         let keys: BTreeMap<String, IgnoredAny> = serde_json::from_str(text).map_err(said)?;
-        check_keys(&keys.keys().collect::<Vec<_>>(), &["start", "goals", "obstacles"])?;
+        check_keys(&keys.keys().collect::<Vec<_>>(), &["start", "goals", "obstacles", "margin_m"])?;
         serde_json::from_str(text).map_err(said)
     }
 
@@ -98,7 +103,7 @@ impl Problem {
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] for a shape that is not known or a size that does not fit it.
+    /// [`Error::Input`] for a shape that is not known, a size that does not fit it, or a margin that no arm could keep.
     pub fn world<'a>(&self, robot: &'a Robot) -> Result<CollisionWorld<'a>, Error> {
         if self.obstacles.len() > OBSTACLES {
             let what = format!("obstacles: {} are given; {OBSTACLES} can be", self.obstacles.len());
@@ -138,6 +143,12 @@ impl Problem {
             };
             obstacles.push(Obstacle::new(&name, solid, *obstacle.pose.isometry()));
         }
-        Ok(CollisionWorld::new(robot).with(&obstacles))
+        if !(0.0..=WIDEST).contains(&self.margin_m) {
+            let what = format!("margin_m: {:?} m; 0 to {WIDEST} m can be", self.margin_m);
+            return Err(Error::Input { what });
+        }
+        let mut world = CollisionWorld::new(robot).with(&obstacles);
+        world.set_margin(self.margin_m);
+        Ok(world)
     }
 }
