@@ -1,11 +1,12 @@
 //! `trueup robot`: kinematics, dynamics and planning of any robot with a URDF.
 
+use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
 use crate::motion::dynamics::Bodies;
-use crate::motion::robot::Robot;
+use crate::motion::robot::{Motion, Robot};
 use crate::motion::{self, Budget, rrt};
 use crate::report::{Failure, Style};
 use crate::workcell::Stdlib;
@@ -129,13 +130,39 @@ fn failure(error: &motion::Error) -> Failure {
 }
 
 /// Reads rows given on the line or in a file.
-fn rows_of(robot: &Robot, line: Option<&String>, file: Option<&PathBuf>) -> Result<Rows, Failure> {
+fn rows_of(
+    robot: &Robot,
+    line: Option<&String>,
+    file: Option<&PathBuf>,
+    style: Style,
+) -> Result<Rows, Failure> {
     let (text, place) = match (line, file) {
         (Some(line), _) => (line.clone(), "--q".to_owned()),
         (None, Some(path)) => (data(path)?, path.display().to_string()),
         (None, None) => (String::new(), "--q".to_owned()),
     };
-    joint_rows(robot, &text).map_err(|error| failure(&error).at(place))
+    let rows = joint_rows(robot, &text).map_err(|error| failure(&error).at(place))?;
+    mind_degrees(robot, &rows, style);
+    Ok(rows)
+}
+
+/// Says so where a joint that turns is a whole turn beyond its range, which hardly any angle in rad is.
+fn mind_degrees(robot: &Robot, rows: &Rows, style: Style) {
+    let far = |q: &Vec<f64>| {
+        let joints = robot.joints().iter().zip(q);
+        let mut turning = joints.filter(|(joint, _)| {
+            robot.links()[joint.link].joint.motion == Motion::Turn && joint.upper.is_finite()
+        });
+        turning
+            .find(|(joint, q)| !(joint.lower - TAU..=joint.upper + TAU).contains(*q))
+            .map(|(joint, q)| (joint.name.clone(), *q, joint.lower, joint.upper))
+    };
+    if let Some((name, q, lower, upper)) = rows.iter().find_map(far) {
+        style.note(&format!(
+            "{name} is at {q} rad, and its range is {lower:.2} to {upper:.2} rad; if these are degrees, name the columns \
+             `q_1[deg]`, `q_2[deg]`, …"
+        ));
+    }
 }
 
 type Rows = Vec<Vec<f64>>;
@@ -151,14 +178,14 @@ pub(super) fn robot(
     match command {
         RobotCommand::Fk(args) => {
             let robot = robot_of(&args.which)?;
-            let rows = rows_of(&robot, args.q.as_ref(), args.q_file.as_ref())?;
+            let rows = rows_of(&robot, args.q.as_ref(), args.q_file.as_ref(), style)?;
             let found = answer::fk(&robot, &rows).map_err(|error| failure(&error))?;
             style.answer(&found);
             Ok(Exit::Yes)
         }
         RobotCommand::Dynamics(args) => {
             let robot = robot_of(&args.rows.which)?;
-            let rows = rows_of(&robot, args.rows.q.as_ref(), args.rows.q_file.as_ref())?;
+            let rows = rows_of(&robot, args.rows.q.as_ref(), args.rows.q_file.as_ref(), style)?;
             let bodies = if args.with_gripper { Bodies::All } else { Bodies::UpToTip };
             let found = answer::dynamics(&robot, bodies, &rows).map_err(|error| failure(&error))?;
             style.answer(&found);
@@ -174,7 +201,7 @@ pub(super) fn robot(
             let poses = pose_rows(&text).map_err(|error| failure(&error).at(place))?;
             let near = match &args.near {
                 None => Vec::new(),
-                Some(_) => rows_of(&robot, args.near.as_ref(), None)?.swap_remove(0),
+                Some(_) => rows_of(&robot, args.near.as_ref(), None, style)?.swap_remove(0),
             };
             if args.near.is_some() {
                 robot.check(&near).map_err(|error| failure(&error).at("--near"))?;

@@ -26,12 +26,18 @@ fn rows_are_read_with_and_without_a_header() {
     let named =
         joint_rows(&robot, "name,q_1[rad],q2,q3,q4,q5,q6,q7\nhome,1,2,3,4,5,6,7\n").unwrap();
     assert_eq!(named, vec![vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]]);
+    let degrees = "q_1[deg],q_2[deg],q_3[deg],q_4[deg],q_5[deg],q_6[deg],q_7\n180,90,0,0,0,0,1\n";
+    let turned = joint_rows(&robot, degrees).unwrap().remove(0);
+    assert!((turned[0] - std::f64::consts::PI).abs() < 1e-15 && turned[6] == 1.0, "{turned:?}");
+    let poses = pose_rows("x[mm],y[mm],z[m],qw,qx,qy,qz\n400,0,0.3,1,0,0,0").unwrap();
+    assert!((poses[0].origin().x - 0.4).abs() < 1e-15);
     let reference = joint_rows(&robot, include_str!("../motion/reference.csv")).unwrap();
     assert_eq!(reference.len(), 5);
     for (text, part) in [
         ("1,2,3", "3 numbers where 7"),
         ("1,2,3,4,x,6,7", "line 1"),
         ("q1,q2\n1,2", "header needs"),
+        ("q_1[turns],q2,q3,q4,q5,q6,q7\n1,2,3,4,5,6,7", "turns"),
         ("", "no numbers"),
     ] {
         let error = joint_rows(&robot, text).unwrap_err().to_string();

@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::motion::Error;
 use crate::motion::robot::Robot;
+use crate::units::{self, Unit};
 use crate::world::frame::{Base, Flange, Pose};
 
 /// Places and sizes are taken up to this, m: no arm is moved in a space larger than that, and no number of this
@@ -11,7 +12,7 @@ use crate::world::frame::{Base, Flange, Pose};
 pub(super) const FARTHEST: f64 = 1e3;
 
 /// Reads rows of numbers: comma-separated values, one row a line, with or without a header line. With a
-/// header, the columns named in `columns` are taken (units in brackets may follow a name); without, or
+/// header, the columns named in `columns` are taken (units in brackets may follow a name, `q_1[deg]`); without, or
 /// when the header has none of these names, there must be just so many columns. Blank lines and `#` lines
 /// are passed over.
 ///
@@ -20,7 +21,7 @@ pub(super) const FARTHEST: f64 = 1e3;
 /// [`Error::Input`] with the line of what is wrong.
 pub fn rows(text: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
     let fail = |what: String| Err(Error::Input { what });
-    let mut picks: Option<Vec<usize>> = None;
+    let mut picks: Option<Vec<(usize, f64)>> = None;
     let mut rows = Vec::new();
     for (index, line) in text.lines().enumerate() {
         let line = line.trim();
@@ -38,7 +39,7 @@ pub fn rows(text: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
                 .iter()
                 .filter_map(|wanted| names.iter().position(|name| same_name(name, wanted)))
                 .collect();
-            picks = Some(match found.len() {
+            let found = match found.len() {
                 n if n == columns.len() => found,
                 0 if names.len() == columns.len() => (0..columns.len()).collect(),
                 _ => {
@@ -48,10 +49,19 @@ pub fn rows(text: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
                         columns.join(", ")
                     ));
                 }
-            });
+            };
+            let mut scaled = Vec::with_capacity(found.len());
+            for column in found {
+                match factor(cells[column]) {
+                    Ok(factor) => scaled.push((column, factor)),
+                    Err(error) => return fail(format!("line {}: {error}", index + 1)),
+                }
+            }
+            picks = Some(scaled);
             continue;
         }
-        let picked: Vec<usize> = picks.clone().unwrap_or_else(|| (0..cells.len()).collect());
+        let picked: Vec<(usize, f64)> =
+            picks.clone().unwrap_or_else(|| (0..cells.len()).map(|column| (column, 1.0)).collect());
         if picks.is_none() && cells.len() != columns.len() {
             return fail(format!(
                 "line {}: {} numbers where {} are needed ({})",
@@ -62,12 +72,12 @@ pub fn rows(text: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
             ));
         }
         let mut row = Vec::with_capacity(picked.len());
-        for &column in &picked {
+        for &(column, factor) in &picked {
             let Some(cell) = cells.get(column) else {
                 return fail(format!("line {}: it has only {} columns", index + 1, cells.len()));
             };
             match cell.parse::<f64>() {
-                Ok(value) if value.is_finite() => row.push(value),
+                Ok(value) if value.is_finite() => row.push(value * factor),
                 _ => return fail(format!("line {}: {cell:?} is not a finite number", index + 1)),
             }
         }
@@ -79,7 +89,13 @@ pub fn rows(text: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
     Ok(rows)
 }
 
-/// Reads rows of joint positions for a robot: columns `q1` … `qn` (or `q_1[rad]`), rad.
+/// Returns what numbers below a header are multiplied by to be in SI: 1 where it has no unit.
+fn factor(header: &str) -> Result<f64, units::Error> {
+    let unit = header.split_once('[').map(|(_, rest)| rest.trim_end_matches(']'));
+    Ok(unit.map(Unit::parse).transpose()?.map_or(1.0, |unit| unit.of(1.0).value))
+}
+
+/// Reads rows of joint positions for a robot: columns `q1` … `qn` (or `q_1[deg]`), in rad (m for what slides).
 ///
 /// # Errors
 ///
