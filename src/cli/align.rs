@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 
 use crate::alignment::intrinsics::{self, Distortion, calibrate, lens};
 use crate::alignment::{files, image_map, offset};
-use crate::report::{Failure, Style};
+use crate::report::{Failure, Style, aligned};
 
 use super::answer::align::{IntrinsicsAnswer, KnownAnswer, MapAnswer, OffsetAnswer};
 use super::clock::clock;
@@ -104,12 +104,18 @@ fn map(args: &MapArgs, style: Style) -> Result<Exit, Failure> {
         Some((width, height)) => Vector2::new(f64::from(width), f64::from(height)),
         None => image_map::reached(&pairs),
     };
-    let warnings = fit.warnings(&pairs, size);
-    let mut answer = MapAnswer::from(&fit).trusted(fit.uncertainty(size), &warnings);
-    if !args.no_compare && fit.compared.len() < 2 {
-        answer = answer.beside(&image_map::compare(&pairs, &fit, &options));
+    let (grid, warnings) = (fit.uncertainty(size), fit.warnings(&pairs, size));
+    let compared = if !args.no_compare && fit.compared.len() < 2 {
+        image_map::compare(&pairs, &fit, &options)
+    } else {
+        fit.compared.clone()
+    };
+    if style.json {
+        let answer = MapAnswer::from(&fit).trusted(grid, &warnings).beside(&compared);
+        style.document(&MapAnswer { time_us, ..answer });
+    } else {
+        style.say(aligned::map(&fit, &compared, grid.as_ref(), &warnings).trim_end());
     }
-    style.answer(&MapAnswer { time_us, ..answer });
     Ok(Exit::Yes)
 }
 
@@ -137,18 +143,26 @@ pub(super) fn align(
                 None => lens::choose(&views, &options).map(|(fit, _)| fit),
             };
             let fit = fit.map_err(|error| degenerate(&error, file))?;
-            style.answer(&IntrinsicsAnswer::from(&fit));
+            if style.json {
+                style.document(&IntrinsicsAnswer::from(&fit));
+            } else {
+                style.say(aligned::intrinsics(&fit).trim_end());
+            }
         }
         AlignCommand::Offset { file, model, at } => {
             let pairs = files::read_offset_pairs(&read(file)?).map_err(|e| table(&e, file))?;
             let model = offset::Model::from_name(model).unwrap_or(offset::Model::Auto);
             let fit = offset::fit_offset(&pairs, model, &offset::Options::default())
                 .map_err(|error| degenerate(&error, file))?;
-            let mut answer = OffsetAnswer::from(&fit);
-            answer.known.extend(
-                at.iter().filter_map(|&at| fit.known_at(at.into())).map(|k| KnownAnswer::from(&k)),
-            );
-            style.answer(&answer);
+            let asked: Vec<offset::Known> =
+                at.iter().filter_map(|&at| fit.known_at(at.into())).collect();
+            if style.json {
+                let mut answer = OffsetAnswer::from(&fit);
+                answer.known.extend(asked.iter().map(KnownAnswer::from));
+                style.document(&answer);
+            } else {
+                style.say(aligned::offset(&fit, pairs.len(), &asked).trim_end());
+            }
         }
     }
     Ok(Exit::Yes)

@@ -101,6 +101,21 @@ pub fn text(
         k.width,
         k.height
     );
+    text.push_str(&lens(fit));
+    if !compared.is_empty() {
+        let each: Vec<String> =
+            compared.iter().map(|c| format!("{} {:.4}", c.distortion.name(), c.rms_px)).collect();
+        let _ = writeln!(text, "lens terms by BIC; rms of each choice, px: {}", each.join(", "));
+    }
+    for advice in coverage.advice(fit) {
+        let _ = writeln!(text, "next: {advice}");
+    }
+    text
+}
+
+/// Words what is inside a camera, each number with its standard deviation, and how well it explains the corners.
+pub(super) fn lens(fit: &Calibration) -> String {
+    let (mut text, k) = (String::new(), &fit.intrinsics);
     let lengths = [("fx", k.fx), ("fy", k.fy), ("cx", k.cx), ("cy", k.cy), ("skew", k.skew)];
     let terms =
         [("k1", k.k1), ("k2", k.k2), ("p1", k.p1), ("p2", k.p2), ("k3", k.k3), ("k4", k.k4)];
@@ -127,14 +142,6 @@ pub fn text(
         "rms {:.4} px a corner; noise {:.3} px a coordinate",
         fit.rms_px, fit.noise_px
     );
-    if !compared.is_empty() {
-        let each: Vec<String> =
-            compared.iter().map(|c| format!("{} {:.4}", c.distortion.name(), c.rms_px)).collect();
-        let _ = writeln!(text, "lens terms by BIC; rms of each choice, px: {}", each.join(", "));
-    }
-    for advice in coverage.advice(fit) {
-        let _ = writeln!(text, "next: {advice}");
-    }
     text
 }
 

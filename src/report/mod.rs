@@ -4,6 +4,7 @@
 //! what would help. Colour only repeats what the words say, and is left out for `NO_COLOR` and pipes.
 
 mod numbers;
+pub mod aligned;
 pub mod calibrated;
 pub mod changes;
 pub mod course;

@@ -1,5 +1,6 @@
 //! The command line as a stranger uses it: the built program, its answers, its exit codes.
 
+mod align;
 mod answer;
 mod bad_input;
 mod calibrate;

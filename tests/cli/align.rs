@@ -1,0 +1,93 @@
+//! `trueup align map | intrinsics | offset` as people read them: what was fitted, how sure that is, and no wall of numbers.
+
+use std::fmt::Write as _;
+
+use crate::program::Scratch;
+
+/// Number `i` of a fixed sequence that looks like noise, -1 to 1.
+fn noise(i: u32) -> f64 {
+    (f64::from(i) * 12.9898).sin() * 2.0 - f64::from(i % 2) + 0.5
+}
+
+#[test]
+fn a_map_is_told_with_what_it_rests_on_and_how_far_it_is_known() {
+    let scratch = Scratch::new("align-map");
+    let mut table = "u_x[px],u_y[px],v_x[px],v_y[px]\n".to_owned();
+    for i in 0..24_u32 {
+        let (x, y) = (f64::from(i % 6) * 200.0, f64::from(i / 6) * 180.0);
+        let wrong = if i == 7 { 90.0 } else { 0.0 };
+        let (u, v) =
+            (1.1 * x + 20.0 + 0.2 * noise(i) + wrong, 1.05 * y - 12.0 + 0.2 * noise(i + 50));
+        let _ = writeln!(table, "{u},{v},{x},{y}");
+    }
+    scratch.file("pairs.csv", table);
+    let said = scratch.trueup(&["align", "map", "pairs.csv", "--model", "auto"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{said:?}");
+    for part in [
+        "affine map, real from twin",
+        "23 of 24 pairs",
+        "counted from 0: 7",
+        "known over",
+        "evidence",
+    ] {
+        assert!(said.out.contains(part), "{part}: {}", said.out);
+    }
+    assert!(said.out.contains(" 1.1") && !said.out.contains("covariance"), "{}", said.out);
+    assert!(said.out.lines().all(|line| line.chars().count() <= 110), "{}", said.out);
+}
+
+#[test]
+fn an_offset_is_told_in_millimetres_with_where_it_is_known() {
+    let scratch = Scratch::new("align-offset");
+    let mut table = "xs[m],ys[m],zs[m],xr[m],yr[m],zr[m]\n".to_owned();
+    for i in 0..12_u32 {
+        let (x, y, z) = (
+            0.4 + 0.05 * f64::from(i % 4),
+            -0.1 + 0.1 * f64::from(i / 4),
+            0.1 + 0.03 * f64::from(i % 3),
+        );
+        let off = |k: u32| 0.0002 * noise(3 * i + k);
+        let _ = writeln!(
+            table,
+            "{},{},{},{x},{y},{z}",
+            x + 0.005 + off(0),
+            y + off(1),
+            z - 0.003 + off(2)
+        );
+    }
+    scratch.file("pairs.csv", table);
+    let said = scratch.trueup(&["align", "offset", "pairs.csv", "--at", "0.5,0,0.3"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{said:?}");
+    for part in [
+        "translation offset, said from real",
+        "12 pairs",
+        "0.005",
+        "mm",
+        "at (0.500, 0.000, 0.300) m",
+    ] {
+        assert!(said.out.contains(part), "{part}: {}", said.out);
+    }
+}
+
+#[test]
+fn intrinsics_are_told_number_by_number_with_their_deviations() {
+    let scratch = Scratch::new("align-intrinsics");
+    // A camera of 900 px that looks along z at two planes.
+    let mut table = "x[m],y[m],z[m],u[px],v[px],view\n".to_owned();
+    for i in 0..54_u32 {
+        let (x, y) = (0.1 * f64::from(i % 9) - 0.4, 0.1 * f64::from(i / 9) - 0.25);
+        let z = 1.0 + 0.2 * f64::from(i % 3);
+        let (u, v) =
+            (640.0 + 900.0 * x / z + 0.1 * noise(i), 360.0 + 900.0 * y / z + 0.1 * noise(i + 99));
+        let _ = writeln!(table, "{x},{y},{z},{u},{v},one");
+    }
+    scratch.file("points.csv", table);
+    let args = ["align", "intrinsics", "points.csv", "--distortion", "none", "--image", "1280x720"];
+    let said = scratch.trueup(&args);
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{said:?}");
+    let line = said.out.lines().find(|line| line.trim_start().starts_with("fx ")).unwrap();
+    let fx: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
+    assert!((fx - 900.0).abs() < 5.0 && line.contains(" px ± "), "{line}");
+    assert!(said.out.contains("camera from 54 points in 1 view"), "{}", said.out);
+    assert!(said.out.contains("view one") && !said.out.contains("covariance"), "{}", said.out);
+}
