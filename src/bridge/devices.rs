@@ -136,7 +136,7 @@ impl Camera for BridgeCamera {
 
 /// Reads a photograph, a PNG file in base64.
 fn decoded(png: &str) -> Result<RgbImage, String> {
-    let bytes = STANDARD.decode(png.trim()).map_err(|error| error.to_string())?;
+    let bytes = STANDARD.decode(png.trim()).map_err(|error| format!("no base64: {error}"))?;
     decode::decoded(&bytes).map_err(|error| error.to_string())
 }
 

@@ -162,6 +162,9 @@ impl Error {
             Self::Closed { .. } | Self::Broken { .. } | Self::Silent { .. } => {
                 "look at what the server printed; one answer is expected for every line"
             }
+            Self::Unreadable { request: "photo", .. } => {
+                "answer with a PNG file in base64, as `docs/bridge.md` says"
+            }
             Self::TooLong { .. } | Self::Unreadable { .. } => {
                 "answer with one JSON object a line, as `docs/bridge.md` says; numbers must be finite"
             }

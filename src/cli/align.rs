@@ -169,9 +169,13 @@ pub(super) fn align(
 }
 
 fn table(error: &files::Error, file: &Path) -> Failure {
-    Failure::input("align::table", error.to_string()).at(file.display().to_string())
+    Failure::input("align::table", error.to_string())
+        .at(file.display().to_string())
+        .help("the columns of each table: `trueup align map --help`, `… intrinsics --help`, `… offset --help`")
 }
 
 fn degenerate(error: &crate::alignment::Error, file: &Path) -> Failure {
-    Failure::input("align::degenerate", error.to_string()).at(file.display().to_string())
+    Failure::input("align::degenerate", error.to_string())
+        .at(file.display().to_string())
+        .help("spread the points over the whole picture or table, and repeat a few")
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use crate::language::nearest;
 use crate::motion::dynamics::Bodies;
 use crate::motion::robot::{Motion, Robot};
 use crate::motion::{self, Budget, rrt};
@@ -99,6 +100,10 @@ pub(super) struct PlanArgs {
     problem: PathBuf,
 }
 
+/// What rows of joint positions look like.
+const ROWS: &str = "numbers stand between commas, one row a line; a header may name the columns and their units; another arm than the \
+    Gen3 is named by `--robot-file URDF`";
+
 /// What a planning problem looks like.
 const PROBLEM: &str = "it holds {\"start\": [..], \"goals\": [[..]], \"obstacles\": [{\"shape\": \"box\", \"size_m\": [0.1, 0.1, 0.4], \
      \"pose\": {\"xyz_m\": [0.5, 0, 0.2], \"quat_wxyz\": [1, 0, 0, 0]}}]}";
@@ -126,7 +131,25 @@ fn checked(args: &CheckArgs) -> Result<Robot, Failure> {
 }
 
 fn failure(error: &motion::Error) -> Failure {
-    Failure::input("robot::input", error.to_string())
+    let failure = Failure::input("robot::input", error.to_string());
+    match error {
+        motion::Error::Urdf { .. } => {
+            failure.help("a URDF is XML whose root is `<robot name=\"…\">`")
+        }
+        motion::Error::NoLink { name, known } => {
+            match nearest(name, known.iter().map(String::as_str)) {
+                Some(near) => failure.help(format!("did you mean `{near}`?")),
+                None => failure.help("leave `--tip` out for the end of the arm"),
+            }
+        }
+        motion::Error::Branches { .. } => {
+            failure.help("`--tip LINK` names the end of the arm that is meant")
+        }
+        motion::Error::WrongLength { .. } => {
+            failure.help("another arm than the Gen3 is named by `--robot-file URDF`")
+        }
+        _ => failure,
+    }
 }
 
 /// Reads rows given on the line or in a file.
@@ -141,7 +164,7 @@ fn rows_of(
         (None, Some(path)) => (data(path)?, path.display().to_string()),
         (None, None) => (String::new(), "--q".to_owned()),
     };
-    let rows = joint_rows(robot, &text).map_err(|error| failure(&error).at(place))?;
+    let rows = joint_rows(robot, &text).map_err(|error| failure(&error).at(place).help(ROWS))?;
     mind_degrees(robot, &rows, style);
     Ok(rows)
 }
@@ -238,7 +261,7 @@ pub(super) fn robot(
             };
             let found = match found {
                 Err(motion::Error::Cancelled) => return Ok(Exit::Stopped),
-                found => found.map_err(|error| failure(&error).at(place))?,
+                found => found.map_err(|error| failure(&error).at(place).help(PROBLEM))?,
             };
             style.answer(&found);
             Ok(if matches!(found, answer::PlanAnswer::Found { .. }) { Exit::Yes } else { Exit::No })

@@ -111,7 +111,13 @@ const CASES: &[Case] = &[
     case(&["robot", "plan", "--problem", "slip.json"], 2, "robot::problem", "`obstcles`", "box"),
     case(&["--speed", "5", "-c", "home()"], 2, "usage", "from 0.02 to 1", ""),
     case(&["--speed", "nan", "-c", "home()"], 2, "usage", "from 0.02 to 1", ""),
-    case(&["check", "high.task"], 1, "task::point", "heights are measured", "robot gen3_2f85 at"),
+    case(
+        &["--scene", "high.task", "-c", "home()"],
+        2,
+        "task::point",
+        "heights are measured",
+        "robot gen3_2f85",
+    ),
     // Camera.
     case(&["camera", "calibrate", "tiny.png"], 2, "usage", "--board", ""),
     case(&["camera", "calibrate", "tiny.png", "--board", "9x6"], 2, "usage", "25mm", ""),

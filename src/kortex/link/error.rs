@@ -94,6 +94,9 @@ impl LinkError {
             Self::Connect { .. } => {
                 "is the arm on and in this network? its own address is 192.168.1.10, its port 10000"
             }
+            Self::Lost(Loss::Frame(FrameError::Magic(_))) => {
+                "is this the arm's port? it is 10000 where nobody has changed it"
+            }
             Self::Lost(_) => {
                 "check the cable; the next command connects again, and the arm has stopped by itself"
             }
