@@ -64,7 +64,7 @@ pub fn intrinsics(fit: &Calibration) -> String {
         let (name, n, rms) = (&view.name, residuals.len(), view.rms_px);
         let _ = write!(text, "view {name:<width$}  {n} points, rms {rms:.3} px");
         let (moved, turned) = (1e3 * view.moved_m, view.turned_rad.to_degrees());
-        let _ = if moved > 0.0 || turned > 0.0 {
+        let _ = if fit.leverage.is_some() {
             writeln!(text, ", {moved:.1} mm and {turned:.2} deg from where it was said to be")
         } else {
             writeln!(text)
