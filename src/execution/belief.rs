@@ -184,6 +184,12 @@ impl Belief {
         standing.filter_map(height).collect()
     }
 
+    /// Returns what hangs in the hand; a drawer that is held by its handle is where its case is.
+    pub fn in_hand(&self) -> Option<&str> {
+        let held = self.held.as_ref().map(|held| held.name.as_str());
+        held.filter(|name| self.scene.drawer(name).is_none())
+    }
+
     fn holds(&self, name: &str) -> bool {
         self.held.as_ref().is_some_and(|held| held.name == name)
     }

@@ -3,7 +3,7 @@
 //! A thing is gone only when nothing speaks for it: it is not found near its place, and the picture says that it is gone from
 //! there ([`vision::Believed`]).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use image::{GrayImage, RgbImage};
 
@@ -21,7 +21,9 @@ pub(super) struct Confirmation<'a> {
     pub(super) scene: &'a Scene,
     /// How high some things stand, m.
     pub(super) raised: BTreeMap<String, f64>,
-    /// Where the arm is in the picture.
+    /// What is known not to stand on the table.
+    pub(super) elsewhere: BTreeSet<String>,
+    /// Where the arm, with what is in the hand, is in the picture.
     pub(super) mask: &'a GrayImage,
 }
 
@@ -39,6 +41,7 @@ impl Confirmation<'_> {
         let mut options = Options {
             ignore: Some(self.mask.clone()),
             raised: self.raised.clone(),
+            elsewhere: self.elsewhere.clone(),
             ..Options::default()
         };
         let look = vision::Look::new(self.photo, self.camera, self.scene)?;

@@ -3,6 +3,7 @@
 //! Nothing is known here that a laboratory would not know: photographs, joint feedback, the scene file,
 //! and the three regressions fitted from them. What follows from what was measured is [`Belief`]'s.
 
+use std::collections::BTreeSet;
 use std::panic::resume_unwind;
 
 use image::GrayImage;
@@ -39,8 +40,8 @@ pub struct RealBody {
     looking: Option<Looking>,
 }
 
-/// What is found in a photograph: its picture, the scene's objects, and what else there is.
-type Found = Result<(Event, Vec<Sighting>, Vec<Unknown>), vision::Error>;
+/// What is found in a photograph: its picture, the scene's objects, and what else there is, where that was asked.
+type Found = Result<(Event, Vec<Sighting>, Option<Vec<Unknown>>), vision::Error>;
 
 /// What is found in a photograph, worked out in a thread of its own.
 type Looking = std::thread::JoinHandle<Found>;
@@ -70,24 +71,36 @@ impl RealBody {
         }
     }
 
-    /// Returns where the arm hides the table from the camera, by its own report and a little more.
-    fn arm_in_picture(&self, camera: &crate::world::Camera, q: &[f64]) -> GrayImage {
+    /// Returns where the arm, with what is in the hand, hides the table from the camera, by its own report and a little more.
+    fn arm_in_picture(&self, camera: &crate::world::Camera, state: &WorldState) -> GrayImage {
         let robot = &self.cell.robot;
         let world_from_base = self.cell.scene.world_from_base;
-        let poses = robot.link_poses(q, robot.max_opening()).unwrap_or_default();
+        let poses = robot.link_poses(&state.q, robot.max_opening()).unwrap_or_default();
         let links: Vec<_> = robot
             .links()
             .iter()
             .zip(poses)
             .map(|(link, pose)| (link.name.clone(), world_from_base.isometry() * pose))
             .collect();
-        let view = View::of_arm(&self.cell.scene, &self.look, &links);
+        let mut view = View::of_arm(&self.cell.scene, &self.look, &links);
+        let held = self.belief.in_hand();
+        let held = held.and_then(|name| self.cell.scene.object(name).zip(state.object(name)));
+        if let Some((object, pose)) =
+            held.and_then(|(o, known)| Some((o, known.world_from_object?)))
+        {
+            view = view.with_silhouette(object, *pose.isometry());
+        }
         let (w, h) = (camera.intrinsics.width, camera.intrinsics.height);
         let bodies = solids(camera, &view).into_iter().map(|is_body| if is_body { 255 } else { 0 });
         let mask =
             GrayImage::from_raw(w, h, bodies.collect()).unwrap_or_else(|| GrayImage::new(w, h));
         // The arm is not quite where it says, and it casts a soft edge.
         imageproc::morphology::dilate(&mask, imageproc::distance_transform::Norm::LInf, 12)
+    }
+
+    /// Returns what is not looked for on the table: what is in the hand.
+    fn elsewhere(&self) -> BTreeSet<String> {
+        self.belief.in_hand().map(str::to_owned).into_iter().collect()
     }
 
     /// Returns the name of the picture of the next look.
@@ -156,9 +169,11 @@ impl Body for RealBody {
         let plate = self.camera.plate()?;
         let scene = self.cell.scene.clone();
         let camera = self.calibration.camera;
-        let q = self.arm.feedback()?.q;
+        // Fingers that have closed further have lost what they held: it is looked for again.
+        let state = self.state()?;
         let mut options = vision::Options {
-            ignore: Some(self.arm_in_picture(&camera, &q)),
+            ignore: Some(self.arm_in_picture(&camera, &state)),
+            elsewhere: self.elsewhere(),
             raised: self.belief.raised(),
             ..vision::Options::default()
         };
@@ -169,9 +184,11 @@ impl Body for RealBody {
             let photo = plate(None);
             let look = vision::Look::new(&photo, &camera, &scene)?;
             let seen = look.see_standing(&mut options, &known);
-            let others = look.unexplained(&seen, &options, &before);
+            // What hangs over the table hides it, and is reflected in it.
+            let is_open = options.elsewhere.is_empty();
+            let others = is_open.then(|| look.unexplained(&seen, &options, &before));
             let mut image = annotate(&photo, &seen);
-            outline_unknown(&mut image, &camera, &others);
+            outline_unknown(&mut image, &camera, others.as_deref().unwrap_or(&[]));
             Ok((Event::picture(name, &image), seen, others))
         }));
         Ok(())
@@ -188,12 +205,14 @@ impl Body for RealBody {
             for sighting in &sightings {
                 watcher.event(&Event::note(wording::seen(sighting)));
             }
-            for other in &others {
+            for other in others.iter().flatten() {
                 watcher.event(&Event::note(wording::seen_unknown(other)));
             }
         }
         self.belief.saw(&sightings);
-        self.belief.saw_unknown(others);
+        if let Some(others) = others {
+            self.belief.saw_unknown(others);
+        }
         Ok(())
     }
 
@@ -210,12 +229,13 @@ impl Body for RealBody {
         let tool = self.tool(&feedback.q);
         let state = self.belief.state(&feedback, tool);
         let no_use = |error| DeviceError::Unavailable(wording::image_of_no_use(error));
-        let mask = self.arm_in_picture(&self.calibration.camera, &feedback.q);
+        let mask = self.arm_in_picture(&self.calibration.camera, &state);
         let checking = Confirmation {
             photo: &photo,
             camera: &self.calibration.camera,
             scene: &self.cell.scene,
             raised: self.belief.raised(),
+            elsewhere: self.elsewhere(),
             mask: &mask,
         };
         let (gone, seen) = checking.judge(names, &state).map_err(no_use)?;

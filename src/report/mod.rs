@@ -269,7 +269,11 @@ pub fn objects(scene: &Scene, state: &WorldState) -> String {
     let mut text = String::new();
     for object in &scene.objects {
         let known = state.object(&object.name);
+        // What hangs in the hand goes where the hand goes; a drawer stays in its case.
+        let is_held = state.held.as_deref() == Some(&object.name);
+        let is_drawer = scene.drawer(&object.name).is_some();
         let place = match known.and_then(|o| o.world_from_object) {
+            Some(_) if is_held && !is_drawer => "in the hand".to_owned(),
             Some(pose) => {
                 let at = pose.origin();
                 let std = known.map_or(f64::NAN, |o| o.std);
@@ -278,7 +282,7 @@ pub fn objects(scene: &Scene, state: &WorldState) -> String {
             None => "not seen yet".to_owned(),
         };
         let water = known.and_then(|o| o.water).map(|water| format!("{:.0} mL", water * 1e6));
-        let held = if state.held.as_deref() == Some(&object.name) { "in the hand" } else { "" };
+        let held = if is_held && is_drawer { "held by its handle" } else { "" };
         let line = format!(
             "{:<8} {:<10} {:<18} {place:<28} {:<8} {held}",
             object.name,

@@ -101,3 +101,23 @@ fn what_is_hidden_is_kept_and_what_is_gone_is_not() {
     let moved = look(in_view, behind);
     assert!(moved.found && moved.kept.is_none(), "{:?}", moved.reason);
 }
+
+/// A mug hangs in a hand over the table: it is not looked for there, and what stands is found as before.
+#[test]
+fn what_is_known_to_be_elsewhere_is_not_looked_for() {
+    let scene = scene("bottle.task", include_str!("../tables/bottle.task"));
+    let bottle = Some(Pose::upright(0.70, 0.0, 0.0, 0.0));
+    let tray = Some(Pose::upright(0.45, 0.25, 0.0, 0.0));
+    let hangs = Some(Pose::upright(0.55, -0.2, 0.2, 0.0));
+    let names = |seen: &[Sighting]| -> Vec<String> {
+        seen.iter().map(|sighting| sighting.name.clone()).collect()
+    };
+    let places = [bottle, hangs, tray];
+    let all = seen(&scene, &places, &[None; 3], &mut Options::default());
+    let mut options = Options::default();
+    options.elsewhere.insert(scene.objects[1].name.clone());
+    let others = seen(&scene, &places, &[None; 3], &mut options);
+    assert_eq!(all.len(), 3);
+    assert_eq!(names(&others), [names(&all)[0].clone(), names(&all)[2].clone()]);
+    assert!(others.iter().all(|sighting| sighting.found), "{:?}", names(&others));
+}

@@ -9,7 +9,7 @@
 //!
 //! Source: the paper, section 2.2 (segment, contour, key points, placement).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 mod believed;
@@ -35,7 +35,7 @@ use super::evidence::Score;
 use super::key_points::Refused;
 use super::outline::ObjectPose;
 use super::placement::Window;
-use crate::world::{Camera, Scene};
+use crate::world::{Camera, Object, Scene};
 use together::Sought;
 
 pub use super::overlay::annotate;
@@ -88,6 +88,9 @@ pub enum Error {
 pub struct Options {
     /// For some objects, by name, the part of the table to search; others are searched for everywhere.
     pub windows: BTreeMap<String, Window>,
+    /// Objects that are known not to stand on the table, by name, such as what is in the hand: they are not looked for, and there is
+    /// no sighting of them.
+    pub elsewhere: BTreeSet<String>,
     /// How high above the table some objects stand, by name, m: on another, or in it. The others stand on the table.
     pub raised: BTreeMap<String, f64>,
     /// Non-zero where the picture shows something that is not to be judged, such as the arm; the
@@ -264,11 +267,14 @@ pub fn see(
 impl Look<'_> {
     /// Finds the scene's objects, standing on the table.
     ///
-    /// One sighting per object, in the scene's order, whether found or not.
+    /// One sighting per object, in the scene's order, whether found or not; none of what [`Options::elsewhere`] names.
     pub fn see(&self, options: &Options) -> Vec<Sighting> {
         let Self { scene, camera, view, .. } = self;
         // What slides in a case is looked for along its rail.
-        let on_table = scene.objects.iter().filter(|object| scene.drawer(&object.name).is_none());
+        let is_sought = |object: &&Object| {
+            scene.drawer(&object.name).is_none() && !options.elsewhere.contains(&object.name)
+        };
+        let on_table = scene.objects.iter().filter(is_sought);
         let everything = together::Everything {
             change: self.change(),
             picture: &self.picture,

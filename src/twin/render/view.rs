@@ -206,6 +206,18 @@ impl View {
         }
     }
 
+    /// Adds an object as a solid that is not clear, for [`super::solids`].
+    #[must_use]
+    pub fn with_silhouette(mut self, object: &Object, world_from_object: Isometry3<f64>) -> Self {
+        self.bodies.push(Body {
+            name: object.name.clone(),
+            shape: Shape::Standing(object.shape.clone()),
+            world_from_body: world_from_object,
+            paint: Paint::opaque(object.colour, 0.0),
+        });
+        self
+    }
+
     /// Adds water particles: centres (m, world) and the radius of the ball of a particle's volume, m.
     #[must_use]
     pub fn with_water(mut self, particles: &[Vector3<f32>], radius: f64) -> Self {
