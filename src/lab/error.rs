@@ -61,6 +61,31 @@ pub enum Unsound {
     /// An object that is not there is given a place.
     #[error("`placement.fixed.{0}`: the scene has no object `{0}`")]
     NoObject(String),
+    /// An object is given a place beside the table.
+    #[error(
+        "`placement.fixed.{name}`: ({}, {}) m is off the table, which is from x = {} to {} m and y = {} to {} m",
+        significant(.at[0], 4), significant(.at[1], 4), significant(.table[0][0], 4),
+        significant(.table[1][0], 4), significant(.table[0][1], 4), significant(.table[1][1], 4)
+    )]
+    OffTable {
+        /// Its name.
+        name: String,
+        /// Where its middle is to be, m.
+        at: [f64; 2],
+        /// The corners of the table with the least and the greatest x and y, m.
+        table: [[f64; 2]; 2],
+    },
+    /// Two objects are given places where one is in the other.
+    #[error(
+        "`placement.fixed.{}` and `placement.fixed.{}`: one would be {:.0} mm inside the other",
+        .names[0], .names[1], .by * 1e3
+    )]
+    Overlap {
+        /// Their names.
+        names: [String; 2],
+        /// How far, m.
+        by: f64,
+    },
     /// Something that moves has no name, or that of another.
     #[error("`moving[{0}].name`: what moves needs a name of its own")]
     NoName(usize),

@@ -11,6 +11,7 @@
 
 mod bounds;
 mod error;
+mod fixed;
 mod hidden;
 mod negative;
 mod passer;

@@ -65,6 +65,7 @@ fn lab_of(robot: &Robot, scene: &Scene, options: &Options) -> Result<SharedLab, 
         "twin" => LabSettings::perfect(),
         _ => options.lab.clone(),
     };
+    settings.check_places(scene)?;
     let lab = Lab::new(robot, scene, settings, options.seed);
     Ok(Arc::new(Mutex::new(lab?)))
 }

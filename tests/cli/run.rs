@@ -233,11 +233,15 @@ fn a_reset_begins_anew_with_the_seed_of_the_session() {
     assert!(said.code == 2 && said.out.contains("a whole number"), "{said:?}");
 }
 
-/// A cup that is not on the table: the camera cannot find it, and that is what is said.
+/// A cup behind a board: the camera cannot find it, and that is what is said.
 #[test]
-fn an_object_that_is_not_there_is_said_before_anything_moves_towards_it() {
+fn an_object_that_is_not_seen_is_said_before_anything_moves_towards_it() {
     let scratch = Scratch::new("cli-away");
-    scratch.file("away.toml", "[placement.fixed.cup]\nx_m = 0.5\ny_m = 3.0\nyaw_rad = 0.0\n");
+    let places = [("cup", 0.12, 0.25), ("jar", 0.60, -0.10), ("clutter_1", 0.30, 0.215)];
+    let fixed =
+        places.map(|(name, x, y)| format!("[placement.fixed.{name}]\nx_m = {x}\ny_m = {y}\n"));
+    let board = "[[clutter]]\nsize_m = [0.05, 0.33, 0.4]\ncolour = [150, 120, 90]\n";
+    scratch.file("away.toml", fixed.concat() + board);
     let script = project("scripts/pour.task");
     let said = scratch.trueup(&["run", &script, "--lab", "away.toml", "--json"]);
     assert_eq!(said.code, 1, "{}{}", said.out, said.err);

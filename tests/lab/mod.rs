@@ -448,3 +448,27 @@ fn fingers_stopped_by_the_jar_have_grasped_it() {
 
 /// Where the search for a level posture begins, rad.
 const HOME_BENDS: (f64, f64) = (0.95, -1.75);
+
+/// Things that would stand in each other, or beside the table, are refused with the keys that put them there.
+#[test]
+fn places_where_nothing_can_stand_are_named() {
+    let scene = kitchen::scene();
+    let wrong = |cup: [f64; 2], jar: [f64; 2]| {
+        let mut settings = LabSettings::default();
+        for (name, [x_m, y_m]) in [("cup", cup), ("jar", jar)] {
+            settings.placement.fixed.insert(name.into(), Spot { x_m, y_m, yaw_rad: 0.0 });
+        }
+        settings.check_places(&scene).map_err(|error| error.to_string())
+    };
+    assert_eq!(wrong([0.6, 0.2], [0.6, -0.1]), Ok(()));
+    let off = wrong([6.0, 0.2], [0.6, -0.1]).unwrap_err();
+    assert!(off.contains("`placement.fixed.cup`") && off.contains("off the table"), "{off}");
+    for jar in [[0.6, 0.1], [0.6, 0.0]] {
+        let inside = wrong([0.6, 0.1], jar).unwrap_err();
+        for name in ["cup", "jar"] {
+            assert!(inside.contains(&format!("`placement.fixed.{name}`")), "{inside}");
+        }
+    }
+    // Side by side they touch: a cup of 8 cm radius, and half of a jar of 6.5 cm.
+    assert_eq!(wrong([0.6, 0.1], [0.6, 0.1 - 0.08 - 0.0325]), Ok(()));
+}
