@@ -265,7 +265,10 @@ impl Session<'_, '_> {
                 true
             }
             Pending::Which(choices) => {
-                let Ok(number) = answer.parse::<usize>() else { return false };
+                let Ok(number) = answer.parse::<usize>() else {
+                    self.style.say("left undone");
+                    return false;
+                };
                 let chosen = number.checked_sub(1).and_then(|at| choices.get(at));
                 let Some(chosen) = chosen else {
                     self.style.say(format!("type a number from 1 to {}, or n", choices.len()));
@@ -285,7 +288,17 @@ impl Session<'_, '_> {
                 }
                 true
             }
-            Pending::Run(..) | Pending::Real => false,
+            Pending::Run(..) => {
+                self.style.say("left undone");
+                false
+            }
+            Pending::Real => {
+                self.style.say(format!(
+                    "left undone: that was not yes; lines are for the {} still",
+                    self.robot
+                ));
+                false
+            }
         }
     }
 }

@@ -38,7 +38,7 @@ impl WorkCell {
         };
         let mut again = 0;
         loop {
-            self.audience.phase("execute", wording::arm_moves());
+            self.audience.phase("execute", wording::arm_moves(self.setup.robot_name == "twin"));
             let failed = self.perform(on, &best);
             let Some(Failed { index, reason, plan_again }) = failed? else {
                 on.run.outcome = Ending::Success;

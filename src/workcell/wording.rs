@@ -26,9 +26,9 @@ pub(super) fn perceiving() -> &'static str {
     "calibrating and looking"
 }
 
-/// The phase in which a plan is carried out.
-pub(super) fn arm_moves() -> &'static str {
-    "the arm moves"
+/// The phase in which a plan is carried out, by an arm or by the twin's.
+pub(super) fn arm_moves(is_twin: bool) -> &'static str {
+    if is_twin { "in the twin; no arm moves" } else { "the arm moves" }
 }
 
 /// The phase in which candidates are rehearsed, in a twin that has these effects.
