@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 /// What is less out of reach is reached, m: half of the millimetre that messages are rounded to.
 const FOLLOWED: f64 = 5e-4;
+/// The farthest that is told as out of reach, m: farther than any table is long. What is said to be so far is farther off than
+/// anybody knows.
+pub const FARTHEST_TOLD: f64 = 9.99;
 
 /// There is no way, and why.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,6 +37,8 @@ pub enum Why {
         /// The smallest distance between the goal and what the tool can reach, m.
         nearest: f64,
     },
+    /// The arm does not reach the place over a thing.
+    OverOutOfReach(Over),
     /// Every reachable way touches something.
     Blocked {
         /// How many ways were tried.
@@ -43,6 +48,10 @@ pub enum Why {
     },
     /// The search ended without a path.
     NoPath(String),
+    /// It would not stand on the table.
+    OffTable(OffTable),
+    /// Nothing has room on the table where the arm sets things down of itself.
+    NoFreePlace,
     /// There is too little water to stir.
     Shallow {
         /// How deep it is, m.
@@ -76,11 +85,71 @@ pub enum Why {
     Stopped,
 }
 
+/// A place at which a thing would not stand on the table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OffTable {
+    /// The point at which it was to stand, m; `None` for a place that is told by other things.
+    pub at: Option<[f64; 2]>,
+    /// The corners of the table with the least and the greatest x and y, m.
+    pub table: [[f64; 2]; 2],
+    /// How far from the edge its middle has to be, m.
+    pub edge: f64,
+}
+
+/// A place over a thing that the arm does not reach.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Over {
+    /// The thing.
+    pub target: String,
+    /// The smallest distance between the goal and what the tool can reach, m.
+    pub nearest: f64,
+}
+
+impl std::fmt::Display for OffTable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [[x0, y0], [x1, y1]] = self.table.map(|corner| corner.map(|m| 100.0 * m));
+        match self.at.map(|at| at.map(|m| 100.0 * m)) {
+            Some([x, y]) if x < x0 || x > x1 || y < y0 || y > y1 => {
+                write!(f, "({x:.1}, {y:.1}) cm is off the table")
+            }
+            Some([x, y]) => write!(
+                f,
+                "({x:.1}, {y:.1}) cm is less than {:.1} cm from the edge of the table",
+                100.0 * self.edge
+            ),
+            None => write!(f, "every place there is off the table, or too near its edge"),
+        }?;
+        write!(f, "; the table is from x = {x0:.0} to {x1:.0} cm and y = {y0:.0} to {y1:.0} cm")
+    }
+}
+
+impl std::fmt::Display for Over {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { target, nearest } = self;
+        if *nearest < FOLLOWED {
+            return write!(
+                f,
+                "the arm reaches over `{target}` but cannot turn there as far as a pour needs"
+            );
+        }
+        if *nearest >= FARTHEST_TOLD {
+            return write!(f, "the arm does not get over `{target}`");
+        }
+        write!(f, "the place over `{target}` is {:.0} mm out of reach", nearest * 1e3)
+    }
+}
+
 impl std::fmt::Display for NoWay {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "no way {}: ", self.what)?;
         match &self.why {
             Why::NotSeen(o) => write!(f, "the position of `{o}` has not been measured"),
+            Why::TooWide { width, opening } if width < opening => write!(
+                f,
+                "it is {:.0} mm wide where they would hold it, which leaves no room between fingers that open {:.0} mm",
+                width * 1e3,
+                opening * 1e3
+            ),
             Why::TooWide { width, opening } => write!(
                 f,
                 "it is {:.0} mm wide and the fingers open {:.0} mm",
@@ -93,12 +162,20 @@ impl std::fmt::Display for NoWay {
             Why::OutOfReach { nearest } if *nearest < FOLLOWED => {
                 write!(f, "the arm reaches it but cannot follow the straight way there and back")
             }
+            Why::OutOfReach { nearest } if *nearest >= FARTHEST_TOLD => {
+                write!(f, "the arm does not get there")
+            }
             Why::OutOfReach { nearest } => {
                 write!(f, "it is {:.0} mm out of reach", nearest * 1e3)
             }
+            Why::OverOutOfReach(over) => write!(f, "{over}"),
             Why::Blocked { tried: 0, by } => write!(f, "there is no room; `{by}` is in the way"),
             Why::Blocked { tried, by } => {
                 write!(f, "all {tried} reachable ways touch something, mostly {by}")
+            }
+            Why::OffTable(off) => write!(f, "{off}"),
+            Why::NoFreePlace => {
+                write!(f, "no place on the table that the arm reaches with ease has room for it")
             }
             Why::NoPath(why) => write!(f, "no path was found ({why})"),
             Why::Topples { height, most, friction } => write!(
@@ -128,3 +205,24 @@ impl std::fmt::Display for NoWay {
 }
 
 impl std::error::Error for NoWay {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_distance_that_nobody_knows_is_not_told() {
+        let said = |why| NoWay { what: "to grasp `jar`".into(), why }.to_string();
+        assert!(said(Why::OutOfReach { nearest: 0.02 }).contains("20 mm out of reach"));
+        let far = said(Why::OutOfReach { nearest: FARTHEST_TOLD });
+        assert!(!far.contains(" mm"), "{far}");
+        // Fingers need room beside the thing.
+        let tight = said(Why::TooWide { width: 0.082, opening: 0.085 });
+        assert!(tight.contains("leaves no room"), "{tight}");
+        let table = [[0.0, -0.38], [1.0, 0.38]];
+        let off = |at| said(Why::OffTable(OffTable { at: Some(at), table, edge: 0.04 }));
+        assert!(off([1.6, 0.0]).contains("(160.0, 0.0) cm is off the table"));
+        assert!(off([0.6, -0.36]).contains("less than 4.0 cm from the edge"));
+        assert!(off([0.6, -0.36]).ends_with("from x = 0 to 100 cm and y = -38 to 38 cm"));
+    }
+}

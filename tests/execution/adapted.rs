@@ -136,3 +136,20 @@ fn a_visit_that_the_limits_refuse_leaves_the_arm_where_it_is_or_goes_above() {
     context.visit(&at(0.2)).unwrap();
     assert!(height(&context) > 0.19 && height(&context) > floor);
 }
+
+/// From above, more of the fingers is beside a vase than the pads of a level hand: it is wider there than they open.
+#[test]
+fn what_is_too_wide_from_above_alone_is_said_to_be_too_wide() {
+    let mut cell = cell();
+    let mut scene = trueup::world::Scene::clone(&cell.scene);
+    let profile = [[0.030, 0.0], [0.036, 0.060], [0.045, 0.140]];
+    let jar = scene.objects.iter_mut().find(|object| object.name == "jar").unwrap();
+    jar.shape =
+        trueup::world::Shape::Lathe { profile: trueup::world::Profile::new(&profile).unwrap() };
+    cell.scene = Arc::new(scene);
+    let world = state(&HOME, [0.58, 0.15, 0.3]);
+    let planner = Planner::new(cell, world, HOME.to_vec(), 0.0, Arc::new(Budget::new(|| false)));
+    let error = planner.grasps("jar", std::f64::consts::FRAC_PI_2).unwrap_err();
+    let NoWay { why: Why::TooWide { width, opening }, .. } = &error else { panic!("{error}") };
+    assert!(*width > opening - 0.008 && *width < 0.1, "{error}");
+}

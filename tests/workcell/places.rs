@@ -167,3 +167,15 @@ fn a_table_that_is_as_declared_has_nothing_unknown_on_it() {
     run(&mut cell, "look()");
     assert_eq!(cell.state().unwrap().unknown, []);
 }
+
+#[test]
+fn a_point_off_the_table_is_said_to_be_off_it() {
+    let mut cell = WorkCell::open(cubes()).unwrap();
+    for (x, said) in [("160 cm", "(160.0, 0.0) cm is off the table"), ("109 cm", "from the edge")] {
+        let source = Source::new("a line", format!("put(a, at: point({x}, 0 cm))"));
+        let (step, _) = parse_line(&source.text);
+        let call = cell.define(&source, &[step.unwrap()]);
+        let error = cell.run(&call, None, Box::new(Nobody)).unwrap_err().to_string();
+        assert!(error.contains(said) && error.contains("the table is from x ="), "{error}");
+    }
+}

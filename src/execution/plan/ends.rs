@@ -117,7 +117,10 @@ impl Planner {
                         }
                     }
                 }
-                Err(Why::Blocked { by, .. }) => blocked = blocked.or(Some(by)),
+                // What is in the way there says more than what is in some straight way.
+                Err(Why::Blocked { by, .. }) => blocked = Some(by),
+                Err(why @ Why::OffTable(_)) if !roadmap.has_ends() => return Err(why),
+                Err(Why::OffTable(_)) => {}
                 Err(other) => return Err(other),
             }
         }

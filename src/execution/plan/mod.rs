@@ -36,7 +36,7 @@ use crate::motion::trajectory::{self, Trajectory};
 use crate::world::frame::{Base, Flange, Object, Tool, World};
 use crate::world::{Pose, Shape, WorldState};
 
-use crate::trace::{NoWay, Why};
+use crate::trace::{FARTHEST_TOLD, NoWay, Why};
 
 use super::cell::Cell;
 use follow::follow;
@@ -105,9 +105,6 @@ const REACHED_FROM: i32 = 8;
 /// An object whose size nobody knows is taken to be this high, m: what a cup is. Objects of the scene have a size, so
 /// that it matters to none of them.
 const UNKNOWN_HEIGHT: f64 = 0.1;
-/// The farthest that is told as out of reach, m: farther than any table is long. It keeps an infinite distance out of
-/// messages.
-const FARTHEST_TOLD: f64 = 9.99;
 
 /// What is in the hand may be off by so much, m: things put on others by a hand were 8 to 19 mm off (`docs/results.md`), and a
 /// jar that was led over the rim of a cup at less caught it and pulled it over.
@@ -133,6 +130,8 @@ struct Dropped {
     tried: usize,
     blocked: std::collections::BTreeMap<String, usize>,
     nearest: f64,
+    /// The smallest width between fingers that do not open so wide, m.
+    narrowest: f64,
 }
 
 impl Planner {
@@ -439,11 +438,20 @@ impl From<Error> for Why {
 
 impl Dropped {
     fn new() -> Self {
-        Self { nearest: f64::INFINITY, ..Self::default() }
+        Self { nearest: f64::INFINITY, narrowest: f64::INFINITY, ..Self::default() }
     }
 
     fn out_of_reach(&mut self, shortfall: f64) {
         self.nearest = self.nearest.min(shortfall);
+    }
+
+    fn too_wide(&mut self, width: f64) {
+        self.narrowest = self.narrowest.min(width);
+    }
+
+    /// Whether nothing else was dropped than what fingers do not get around.
+    fn is_width_alone(&self) -> bool {
+        self.tried == 0 && self.blocked.is_empty() && self.nearest.is_infinite()
     }
 
     fn touches(&mut self, first: &str, second: &str) {

@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use nalgebra::Vector3;
 
 use crate::motion::collision::{CollisionWorld, Obstacle};
+use crate::trace::OffTable;
 use crate::world::frame::{Object, World};
 use crate::world::region::{self, Bearer, TABLE};
 use crate::world::{self as scene, Point, Pose, Region, Unknown, support};
@@ -12,7 +13,7 @@ use crate::world::{self as scene, Point, Pose, Region, Unknown, support};
 use super::super::wording;
 use super::grasp::distance;
 use super::hollow;
-use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
+use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, UNKNOWN, Why, straight};
 
 /// The object is let go this far above the table, m. Chosen: `lower` promises 5 mm (`stdlib/tasks/std.task`). With half
 /// of it an arm that is a millimetre low presses the thing onto the table before it is let go; with twice as much what
@@ -156,7 +157,7 @@ impl Planner {
         let object = self.cell.scene.object(o).filter(|_| held == o);
         let object = object.ok_or_else(|| no(Why::EmptyHand))?;
 
-        let places = match at {
+        let places: Vec<Vector3<f64>> = match at {
             Region::On(name) if name == TABLE => {
                 let free = self.free_places(o, object.shape.outer_radius());
                 free.into_iter().map(|(x, y)| Vector3::new(x, y, 0.0)).collect()
@@ -164,6 +165,9 @@ impl Planner {
             Region::On(name) => self.places_on(object, name).map_err(no)?,
             region => self.places_in(object, region, CLOSE).map_err(no)?,
         };
+        if places.is_empty() {
+            return Err(no(Why::NoFreePlace));
+        }
         // What goes into a vessel comes straight down from above its rim.
         let at = match at {
             Region::On(name) => name.as_str(),
@@ -332,7 +336,7 @@ impl Planner {
         for (grid, room) in ROOM {
             let room = (GRID * grid, beside * room, FROM_EDGE * room);
             match self.places_apart(o, region, &bearer, extent, room) {
-                Err(why @ Why::Blocked { .. }) => blocked = why,
+                Err(why @ (Why::Blocked { .. } | Why::OffTable(_))) => blocked = why,
                 found => return found,
             }
         }
@@ -359,6 +363,7 @@ impl Planner {
         let most = (reach / grid).ceil() as i32;
         let mut places = Vec::new();
         let mut taken: Option<String> = None;
+        let mut is_off = false;
         for ix in -most..=most {
             for iy in -most..=most {
                 let (x, y) = (middle[0] + grid * f64::from(ix), middle[1] + grid * f64::from(iy));
@@ -373,7 +378,12 @@ impl Planner {
                     taken = taken.or(below.name);
                     continue;
                 }
-                if bears == TABLE && !(scene.table.holds(x, y, edge) && self.is_known(x, y, room)) {
+                if bears == TABLE && !scene.table.holds(x, y, edge) {
+                    is_off = true;
+                    continue;
+                }
+                if bears == TABLE && !self.is_known(x, y, room) {
+                    taken = taken.or(Some(UNKNOWN.to_owned()));
                     continue;
                 }
                 if let Some(other) = self.beside(o, &bears, Vector3::new(x, y, below.height), room)
@@ -385,12 +395,25 @@ impl Planner {
                 places.push((inside.min(WELL_INSIDE), far, Vector3::new(x, y, below.height)));
             }
         }
+        if places.is_empty() && taken.is_none() && is_off {
+            return Err(self.off_table(region, o.shape.outer_radius() + from_edge));
+        }
         if places.is_empty() {
             let by = taken.unwrap_or_else(|| bearer.to_string());
             return Err(Why::Blocked { tried: 0, by });
         }
         places.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
         Ok(places.into_iter().map(|(.., place)| place).collect())
+    }
+
+    /// Says that what is to stand in a region, with its middle so far from the edge, m, would not stand on the table.
+    pub(super) fn off_table(&self, region: &Region, edge: f64) -> Why {
+        let [low, _, high, _] = self.cell.scene.table.corners();
+        let at = match region {
+            Region::Point(at) | Region::Spot { at, .. } => Some(*at),
+            _ => None,
+        };
+        Why::OffTable(OffTable { at, table: [low, high], edge })
     }
 
     /// What a hand that sets `o` down in a vessel may not touch at the end either: the vessel's walls, and what stands beside

@@ -19,7 +19,7 @@ use super::super::wording;
 use super::ends::Slides;
 use super::grasp::{distance, side_pose};
 use super::roadmap::Roadmap;
-use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, straight};
+use super::{Dropped, FARTHEST_TOLD, NoWay, Planner, REACHING, TRACKING, Why, straight};
 
 /// How far behind the thing the fingers come down, m. Chosen: a thing is seen to some millimetres and a hand is off by 8 to
 /// 19 mm before it is calibrated (`docs/results.md`); with half of it a finger may come down on the thing, with twice as
@@ -146,6 +146,7 @@ impl Planner {
             let Some(found) = found else { break };
             let far = self.first_out_of_reach(object, &pose, &roadmap, &found, &mut hands);
             if let Some((a, b)) = far.map_err(no)? {
+                dropped.out_of_reach(FARTHEST_TOLD);
                 roadmap.close(a, b);
                 continue;
             }
