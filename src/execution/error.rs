@@ -96,6 +96,7 @@ impl From<ActionError> for Cause {
             ActionError::NotInLog(off) => off.into(),
             ActionError::Unrehearsed(how) => Self::Unrehearsed(how),
             ActionError::NotRemembered(name) => Self::NotRemembered { name },
+            ActionError::Refused(why @ Refusal::TooHeavy { .. }) => Self::TooHeavy(why.to_string()),
             ActionError::Refused(why) => Self::Refused(why.to_string()),
             ActionError::Broken(cause) => *cause,
         }

@@ -12,10 +12,11 @@ use crate::execution::calibrate;
 use crate::execution::error::ActionError;
 use crate::files::write;
 use crate::graph;
-use crate::language::{Diagnostic, Library, Source};
+use crate::language::ast::{ExprKind, Step};
+use crate::language::{Diagnostic, Library, Source, parse_line};
 use crate::plain::shortened;
-use crate::trace::{Cause, Why};
-use crate::workcell;
+use crate::trace::{Cause, Unmet, Why};
+use crate::workcell::{self, InTwin};
 
 /// What went wrong, worded for people, with the exit code it deserves.
 #[derive(Debug, Clone, PartialEq)]
@@ -177,31 +178,90 @@ pub fn problems_failure(problems: &[graph::Problem], library: &Library, asked: &
     failure
 }
 
-/// Says what a person could change when this stopped the best plan in the twin.
-fn way_out(cause: &Cause) -> &'static str {
+/// Returns the call that makes a condition true that is about what is held, if it is one: `place(jar)` for `not held(jar)`.
+fn letting_go(condition: &str) -> Option<String> {
+    let (Some(Step::Check(condition, _)), _) = parse_line(&format!("check {condition}")) else {
+        return None;
+    };
+    let ExprKind::Not(held) = &condition.kind else { return None };
+    let ExprKind::Call(call) = &held.kind else { return None };
+    let ExprKind::Name(object) = &call.args.first()?.values.first()?.kind else { return None };
+    let is_held = matches!(call.name.text.as_str(), "held" | "holding" | "grasped");
+    // Which thing it is, where it is any, the hand knows.
+    is_held.then(|| if object == "any" { "place".to_owned() } else { format!("place({object})") })
+}
+
+/// Says how a condition is made true.
+fn made_true(condition: &str) -> String {
+    match letting_go(condition) {
+        Some(call) => format!("put down what is held first, with `{call}`"),
+        None => "make it true first".to_owned(),
+    }
+}
+
+/// Says what a person could change when an amount of water came out otherwise than promised.
+fn about_water(water: &InTwin, unmet: &Unmet) -> &'static str {
+    /// Less than this share of what is missing is not what went wrong, no unit.
+    const PART: f64 = 0.5;
+    let missing = unmet.margin.map_or(0.0, |margin| margin.value.abs());
+    if water.spilt > PART * missing {
+        "what was spilt would need a wider vessel; a smaller `amount:` may spill less"
+    } else {
+        "nothing of it was spilt: it stayed where it was; ask for less, with `amount:`"
+    }
+}
+
+/// Says what a person could change when this stopped the best plan in the twin, with the water in it.
+fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
     let no_way = match cause {
         Cause::NoWay(no_way) => no_way,
-        Cause::Needs(_) => return "make it true first",
+        Cause::Needs(unmet) => return made_true(&unmet.condition),
+        Cause::TooHeavy(_) => return "the hand cannot hold it; take something lighter".to_owned(),
+        // Their own words say what would have to be otherwise.
+        Cause::Refused(_)
+        | Cause::Script(_)
+        | Cause::NotRemembered { .. }
+        | Cause::Conflict { .. } => {
+            return "the reason says what would have to be otherwise".to_owned();
+        }
+        Cause::Overdue(_) | Cause::Endless { .. } | Cause::Mistimed(_) => {
+            return "give it more time".to_owned();
+        }
         _ => {
-            return "if it is a matter of room, move the objects nearer to the arm or closer together";
+            return match (cause.unmet(), water) {
+                (Some(unmet), Some(water)) => about_water(water, unmet).to_owned(),
+                (Some(unmet), None) if letting_go(&unmet.term).is_some() => {
+                    made_true(&unmet.term)
+                }
+                _ => {
+                    "if it is a matter of room, move the objects nearer to the arm or closer together"
+                        .to_owned()
+                }
+            };
         }
     };
-    match &no_way.why {
+    let help = match &no_way.why {
         Why::NotSeen(_) => "clear the camera's view of it and try again",
         Why::TooWide { .. } | Why::NoSides => {
             "the hand does not get around it: take something narrower, or `push` it along the table"
+        }
+        Why::OverOutOfReach(over) => {
+            return format!("move `{}` nearer to the arm", over.target);
         }
         Why::OutOfReach { .. } => "move it nearer to the arm",
         Why::Blocked { .. } | Why::NoPath(_) | Why::NotWithin(_) => {
             "move what is in the way, or make room around it"
         }
+        Why::OffTable(_) => "name a place on the table, away from its edge",
+        Why::NoFreePlace => "make room on the table, or say where to put it with `at:`",
         Why::Shallow { .. } => "fill it, or take a narrower vessel",
         Why::EmptyHand => "`pick` something first",
-        Why::OverOpening => "take it from the side, as in `approach(jar, side)`",
+        Why::OverOpening => "take it by its side: `approach` takes the face, `side`",
         Why::Topples { .. } => "`pick` it instead, or push something wider",
         Why::Lifted { .. } => "`put` it there instead",
         Why::Stopped => "call it again",
-    }
+    };
+    help.to_owned()
 }
 
 /// Words why a verb of the cell could not be done.
@@ -247,7 +307,7 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
             .help("clear the view and try again; nothing has moved towards it"),
         Error::OutOfReach { object, .. } => Failure::no("plan::out_of_reach", words)
             .at(object.clone())
-            .help("move it nearer to the arm; nothing has moved"),
+            .help(format!("move `{object}` nearer to the arm; nothing has moved")),
         Error::NoRoom { target, room, .. } => {
             let less = (0.9e6 * room).floor();
             Failure::no("run::no_room", words)
@@ -274,11 +334,11 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
             Failure::no("run::not_weighable", words)
                 .help(format!("pour at least `amount: {least:.0} mL`; nothing has moved"))
         }
-        Error::Needs { .. } => {
-            Failure::no("run::needs", words).help("make it true first; nothing has moved")
+        Error::Needs { what, .. } => {
+            Failure::no("run::needs", words).help(format!("{}; nothing has moved", made_true(what)))
         }
-        Error::NoSurvivor { failure, .. } => {
-            let help = way_out(&failure.cause);
+        Error::NoSurvivor { failure, water, .. } => {
+            let help = way_out(&failure.cause, water.as_ref());
             Failure::no("plan::no_survivor", words).help(format!("nothing has been touched; {help}"))
         }
         Error::Record { path, .. } => Failure::input("io::run", words)
@@ -297,5 +357,32 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
             }
             _ => Failure::no("run::action", words),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::{Dimension, Quantity};
+
+    fn unmet(condition: &str, margin: Option<f64>) -> Unmet {
+        let margin = margin.map(|value| Quantity { value, dimension: Dimension::VOLUME });
+        Unmet { condition: condition.into(), term: condition.into(), margin, numbers: None }
+    }
+
+    #[test]
+    fn the_help_fits_what_stopped_the_plan() {
+        assert!(
+            way_out(&Cause::Needs(unmet("not held(jar)", None)), None).contains("`place(jar)`")
+        );
+        assert!(way_out(&Cause::Promise(unmet("not held(any)", None)), None).contains("`place`"));
+        assert_eq!(way_out(&Cause::Needs(unmet("upright(jar)", None)), None), "make it true first");
+        let heavy = way_out(&Cause::TooHeavy("too heavy".into()), None);
+        assert!(heavy.contains("lighter"), "{heavy}");
+        let poured = Cause::Promise(unmet("volume(cup) >= 81 mL", Some(-27e-6)));
+        let water = |spilt| InTwin { vessels: vec![("cup".into(), 54e-6)], spilt };
+        assert!(way_out(&poured, Some(&water(25e-6))).contains("wider vessel"));
+        assert!(way_out(&poured, Some(&water(0.0))).contains("stayed where it was"));
+        assert!(water(25e-6).to_string().ends_with("cup 54.0 mL, spilt 25.0 mL"));
     }
 }

@@ -267,6 +267,9 @@ pub enum Cause {
         /// What it recalls.
         name: String,
     },
+    /// The fingers may not press as hard as a thing would need: what the binding says.
+    #[error("{0}")]
+    TooHeavy(String),
     /// Its script gave up, or a binding refused what the script asked for: their own words.
     #[error("{0}")]
     Refused(String),

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
+use crate::execution::done::Done;
 use crate::execution::error::ActionError;
 use crate::execution::timing::Past;
 use crate::graph::{self, Graph, ParseGraph};
 use crate::language::ast::Remedy;
-use crate::trace::Event;
+use crate::trace::{Event, StepFailure, Unmet};
+use crate::units::Dimension;
 use crate::world::WorldState;
 
 use super::filming::Shown;
@@ -15,7 +17,7 @@ use super::perform::Failed;
 use super::rehearse::{Candidate, Rehearsal, Rehearsals};
 use super::roles::tell;
 use super::run::UnderWay;
-use super::{Ending, Error, Tried, WorkCell, wording};
+use super::{Ending, Error, InTwin, Tried, WorkCell, wording};
 
 /// How often in one attempt the rest is planned again because the arm found things otherwise than rehearsed.
 const AGAIN: usize = 3;
@@ -209,8 +211,20 @@ impl WorkCell {
                 reached: index,
                 step: best.candidate.pg.steps[index].text.clone(),
                 failure: Box::new(failure.clone()),
+                water: self.water_in(best.steps.last(), failure),
             }),
         }
+    }
+
+    /// Returns where the twin's water was after a step that failed for an amount of it.
+    fn water_in(&self, step: Option<&Done>, failure: &StepFailure) -> Option<InTwin> {
+        let is_volume = |unmet: &Unmet| {
+            unmet.margin.is_some_and(|margin| margin.dimension == Dimension::VOLUME)
+        };
+        let state = &step.filter(|_| failure.cause.unmet().is_some_and(is_volume))?.state;
+        let vessels = state.objects.iter().filter(|object| self.is_vessel(&object.name));
+        let vessels = vessels.filter_map(|object| Some((object.name.clone(), object.water?)));
+        Some(InTwin { vessels: vessels.collect(), spilt: state.spilt? })
     }
 
     /// Carries out the steps of a recovery: rehearsed first, like everything that moves the arm.

@@ -109,7 +109,10 @@ pub enum Error {
         by: String,
     },
     /// Everything failed in the twin.
-    #[error("none of {tried} simulated plans succeeded; the best failed at {step}: {failure}")]
+    #[error(
+        "none of {tried} simulated plans succeeded; the best failed at {step}: {failure}{}",
+        .water.as_ref().map(ToString::to_string).unwrap_or_default()
+    )]
     NoSurvivor {
         /// How many were tried.
         tried: usize,
@@ -119,6 +122,8 @@ pub enum Error {
         step: String,
         /// Why.
         failure: Box<StepFailure>,
+        /// Where the twin's water was then, where it failed for an amount of water.
+        water: Option<InTwin>,
     },
     /// A folder holds no run that can be read.
     #[error("{path} is no run that can be read: {why}")]
@@ -145,6 +150,25 @@ pub enum Error {
     /// An action could not be done.
     #[error("{0}")]
     Action(#[from] ActionError),
+}
+
+/// Where the twin's water is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InTwin {
+    /// How much is in each vessel of the scene, m³.
+    pub vessels: Vec<(String, f64)>,
+    /// How much is in none, m³.
+    pub spilt: f64,
+}
+
+impl std::fmt::Display for InTwin {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "; in the twin: ")?;
+        for (name, volume) in &self.vessels {
+            write!(f, "{name} {:.1} mL, ", 1e6 * volume)?;
+        }
+        write!(f, "spilt {:.1} mL", 1e6 * self.spilt)
+    }
 }
 
 /// Why a what-if cannot begin where it was to.

@@ -76,7 +76,7 @@ pub use roles::Fan;
 use roles::{Audience, Controls, Experience, Model, Setup};
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
-pub use error::{Error, NoCorners, NoRun, WhatIf};
+pub use error::{Error, InTwin, NoCorners, NoRun, WhatIf};
 pub use learning::Learnt;
 pub use options::{CANDIDATES, Options};
 pub use outcome::{Aims, Ending, Run, State, Timing, Tried, Water};

@@ -239,7 +239,7 @@ impl WorkCell {
     }
 
     /// Whether liquid is held by a thing; a drawer is as hollow, and holds none.
-    fn is_vessel(&self, name: &str) -> bool {
+    pub(super) fn is_vessel(&self, name: &str) -> bool {
         let scene = self.scene();
         scene.object(name).is_some_and(|o| o.cavity.is_some()) && scene.drawer(name).is_none()
     }
