@@ -11,8 +11,10 @@ use rustyline::validate::{ValidationContext, ValidationResult, Validator};
 use rustyline::{Context, Result};
 
 use crate::language::assist::{self, CompletionKind, Place};
+use crate::language::ast::{ExprKind, Step};
+use crate::language::builtins::Ty;
 use crate::language::script_words::words_of;
-use crate::language::{Library, Scope};
+use crate::language::{self, Library, Scope};
 use crate::report::Style;
 use crate::teach::wording::WORDS;
 
@@ -102,6 +104,26 @@ impl Helper {
         (start, pairs.collect())
     }
 
+    /// Whether a call gives objects of this scene for its objects; a line that is no single call names none.
+    fn names_things_here(&self, line: &str) -> bool {
+        let (Some(Step::Act(act)), _) = language::parse_line(line) else { return true };
+        let Some((callable, _)) = self.library.callable(&act.call.name.text) else { return true };
+        let params = callable.params();
+        act.call.args.iter().enumerate().all(|(at, arg)| {
+            let param = match &arg.name {
+                Some(name) => params.iter().find(|param| param.name.text == name.text),
+                None => params.get(at),
+            };
+            let is_object =
+                param.is_some_and(|param| matches!(Ty::named(&param.ty.text), Ty::Object(_)));
+            !is_object
+                || arg.values.iter().all(|value| match &value.kind {
+                    ExprKind::Name(name) => self.scope.objects.contains_key(name),
+                    _ => true,
+                })
+        })
+    }
+
     /// Returns the rest of a signature behind a call that has just been opened.
     fn signature(&self, line: &str) -> Option<String> {
         let head = line.strip_suffix('(')?;
@@ -133,9 +155,14 @@ impl Hinter for Helper {
             return Some(rest);
         }
         let history = context.history();
-        let last = history.len().checked_sub(1)?;
-        let found = history.starts_with(line, last, SearchDirection::Reverse).ok()??;
-        found.entry.get(pos..).map(str::to_owned)
+        let mut last = history.len().checked_sub(1)?;
+        loop {
+            let found = history.starts_with(line, last, SearchDirection::Reverse).ok()??;
+            if self.names_things_here(&found.entry) {
+                return found.entry.get(pos..).map(str::to_owned);
+            }
+            last = found.idx.checked_sub(1)?;
+        }
     }
 }
 
@@ -223,6 +250,18 @@ mod tests {
         assert_eq!(helper().hint("pick(", 5, &context), None);
         let coloured = Helper { colour: true, ..helper() };
         assert_eq!(coloured.hint("pick(", 5, &context).as_deref(), Some("o: Graspable)"));
+    }
+
+    #[test]
+    fn a_line_of_another_scene_is_not_shown() {
+        let mut history = rustyline::history::DefaultHistory::new();
+        for line in ["pick(jar)", "pick(kettle)", "pick(can, face: top)"] {
+            rustyline::history::History::add(&mut history, line).unwrap();
+        }
+        let context = Context::new(&history);
+        let coloured = Helper { colour: true, ..helper() };
+        assert_eq!(coloured.hint("pic", 3, &context).as_deref(), Some("k(jar)"));
+        assert_eq!(coloured.hint("pick(ket", 8, &context), None);
     }
 
     #[test]

@@ -335,6 +335,9 @@ pub fn ending(run: &Run, style: Style) -> String {
         Ending::Unavailable => style.red(&format!("not available: {}", run.task)),
         Ending::Stopped => style.red(&format!("stopped: {}; the arm holds its position", run.task)),
     };
+    if run.outcome == Ending::Success && run.state == State::Ended && run.steps.is_empty() {
+        text += "\n  there was nothing to do: no step was needed";
+    }
     if let Some(reason) = &run.reason {
         let _ = write!(text, "\n  {reason}");
     }

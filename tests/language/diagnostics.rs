@@ -274,7 +274,7 @@ fn arguments_that_do_not_fit_a_call_are_told() {
             "pour(jar, cup, 60 mL, 3)",
             "task::argument",
             "`pour` takes 3 arguments",
-            "write `pour(source, target, amount)`",
+            "write `pour(jar, cup, 60 mL)`",
         ),
         (
             "pour(jar, table)",

@@ -3,6 +3,7 @@
 use super::super::ast::{Arg, BinaryOp, Call, Expr, ExprKind, Param};
 use super::super::builtins::Ty;
 use super::super::diagnostic::Diagnostic;
+use super::super::text;
 use super::{Checker, Names};
 use crate::units::{Dimension, Quantity};
 
@@ -100,7 +101,7 @@ impl Checker<'_> {
                 format!("`{}` takes {takes}", call.name.text),
                 "one too many",
             )
-            .help(format!("write {}", signature(&call.name.text, slots))),
+            .help(format!("write `{}`", text::call(&without_extra(call, n)))),
         );
     }
 
@@ -274,6 +275,11 @@ pub(super) fn slot(param: &Param) -> Slot<'_> {
         ty: Ty::named(&param.ty.text),
         optional: param.default.is_some(),
     }
+}
+
+/// Returns a call with no more than `n` arguments.
+fn without_extra(call: &Call, n: usize) -> Call {
+    Call { args: call.args.iter().take(n).cloned().collect(), ..call.clone() }
 }
 
 pub(super) fn signature(name: &str, slots: &[Slot]) -> String {

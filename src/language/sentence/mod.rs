@@ -319,10 +319,14 @@ fn hindrance(reading: &Understood, with: &Knowledge<'_>) -> Option<String> {
     reading.calls.first().and_then(|call| (with.hindrance)(call))
 }
 
+/// The task whose sentence is shown to somebody of whom no word is known: one thing that is there, and little that can fail.
+const FIRST: &str = "pick";
+
 /// Returns an example of the known sentence that shares most words with what was said.
 fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
     let spoken: Vec<&str> = said.split(' ').collect();
     let mut best: Option<(usize, String)> = None;
+    let mut first: Option<String> = None;
     if question::begins(said) {
         let thing = with.things.first().map_or("jar", Thing::shown);
         return format!("ask \"where is the {thing}\", or for a condition such as `visible(jar)`");
@@ -333,6 +337,9 @@ fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
             let example = example(&template, callable.params(), with);
             let known: Vec<&str> = example.split(' ').collect();
             let shared = spoken.iter().filter(|word| known.contains(*word)).count();
+            if callable.name() == FIRST {
+                first.get_or_insert_with(|| example.clone());
+            }
             if best.as_ref().is_none_or(|(most, _)| shared > *most) {
                 best = Some((shared, example));
             }
@@ -340,7 +347,10 @@ fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
     }
     match best {
         Some((shared, example)) if shared > 0 => format!("say it like \"{example}\""),
-        Some((_, example)) => format!("a sentence that is known: \"{example}\""),
+        Some((_, example)) => {
+            let example = first.unwrap_or(example);
+            format!("a sentence that is known: \"{example}\"")
+        }
         None => "no task here has sentences; type a call such as `pour(jar, cup)`".into(),
     }
 }
