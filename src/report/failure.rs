@@ -215,7 +215,7 @@ fn about_water(water: &InTwin, unmet: &Unmet) -> &'static str {
 fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
     let no_way = match cause {
         Cause::NoWay(no_way) => no_way,
-        Cause::Needs(unmet) => return made_true(&unmet.condition),
+        Cause::Needs(unmet) => return made_true(&unmet.term),
         Cause::TooHeavy(_) => return "the hand cannot hold it; take something lighter".to_owned(),
         // Their own words say what would have to be otherwise.
         Cause::Refused(_)
