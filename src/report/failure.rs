@@ -206,6 +206,8 @@ fn about_water(water: &InTwin, unmet: &Unmet) -> &'static str {
     let missing = unmet.margin.map_or(0.0, |margin| margin.value.abs());
     if water.spilt > PART * missing {
         "what was spilt would need a wider vessel; a smaller `amount:` may spill less"
+    } else if unmet.numbers.is_some_and(|(volume, limit)| volume.value > limit.value) {
+        "more came than may come; ask for less, with `amount:`"
     } else {
         "nothing of it was spilt: it stayed where it was; ask for less, with `amount:`"
     }

@@ -146,7 +146,7 @@ impl std::fmt::Display for NoWay {
             Why::NotSeen(o) => write!(f, "the position of `{o}` has not been measured"),
             Why::TooWide { width, opening } if width < opening => write!(
                 f,
-                "it is {:.0} mm wide where they would hold it, which leaves no room between fingers that open {:.0} mm",
+                "it is {:.0} mm wide where they would hold it, which leaves too little room between fingers that open {:.0} mm",
                 width * 1e3,
                 opening * 1e3
             ),
@@ -218,7 +218,7 @@ mod tests {
         assert!(!far.contains(" mm"), "{far}");
         // Fingers need room beside the thing.
         let tight = said(Why::TooWide { width: 0.082, opening: 0.085 });
-        assert!(tight.contains("leaves no room"), "{tight}");
+        assert!(tight.contains("too little room"), "{tight}");
         let table = [[0.0, -0.38], [1.0, 0.38]];
         let off = |at| said(Why::OffTable(OffTable { at: Some(at), table, edge: 0.04 }));
         assert!(off([1.6, 0.0]).contains("(160.0, 0.0) cm is off the table"));
