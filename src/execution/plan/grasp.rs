@@ -138,11 +138,8 @@ impl Planner {
         'looking: for share in grip::shares_up(&object.shape) {
             let height = (share * object.shape.height()).max(lowest - pose.origin().z);
             let grips = grip::at_height(&object.shape, height, pitch, ahead);
-            for grip in &grips {
-                if !fits(grip.width) {
-                    dropped.too_wide(grip.width);
-                    continue;
-                }
+            dropped.too_wide(grips.iter().map(|grip| grip.width).filter(|width| !fits(*width)));
+            for grip in grips.iter().filter(|grip| fits(grip.width)) {
                 // Round things are taken from the same sides of the table however they are turned.
                 let yaw = if object.shape.symmetry() > 0.0 { pose.yaw() } else { 0.0 };
                 let heading = yaw + grip.heading;
@@ -213,15 +210,7 @@ impl Planner {
         }
         let kept = spread(ways, &passes);
         if kept.is_empty() {
-            let why = match dropped.narrowest {
-                // A hand that points down has more of its fingers beside the thing, and that may be wider there.
-                width if width.is_finite() && dropped.is_width_alone() => {
-                    Why::TooWide { width, opening: stroke }
-                }
-                _ if dropped.is_width_alone() => Why::NoSides,
-                _ => dropped.why(),
-            };
-            return Err(NoWay { what, why });
+            return Err(NoWay { what, why: dropped.why_no_grip(stroke) });
         }
         Ok(kept)
     }

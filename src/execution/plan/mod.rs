@@ -36,7 +36,7 @@ use crate::motion::trajectory::{self, Trajectory};
 use crate::world::frame::{Base, Flange, Object, Tool, World};
 use crate::world::{Pose, Shape, WorldState};
 
-use crate::trace::{FARTHEST_TOLD, NoWay, Why};
+use crate::trace::{FARTHEST_TOLD, NoWay, Over, Why};
 
 use super::cell::Cell;
 use follow::follow;
@@ -445,13 +445,8 @@ impl Dropped {
         self.nearest = self.nearest.min(shortfall);
     }
 
-    fn too_wide(&mut self, width: f64) {
-        self.narrowest = self.narrowest.min(width);
-    }
-
-    /// Whether nothing else was dropped than what fingers do not get around.
-    fn is_width_alone(&self) -> bool {
-        self.tried == 0 && self.blocked.is_empty() && self.nearest.is_infinite()
+    fn too_wide(&mut self, widths: impl Iterator<Item = f64>) {
+        self.narrowest = widths.fold(self.narrowest, f64::min);
     }
 
     fn touches(&mut self, first: &str, second: &str) {
@@ -462,6 +457,27 @@ impl Dropped {
         match self.blocked.into_iter().max_by_key(|(_, count)| *count) {
             Some((by, _)) => Why::Blocked { tried: self.tried, by },
             None => Why::OutOfReach { nearest: self.nearest.min(FARTHEST_TOLD) },
+        }
+    }
+
+    /// As [`Self::why`], of ways to take something between fingers that open so wide, m. A hand that points down has more of its
+    /// fingers beside the thing, and that may be wider there.
+    fn why_no_grip(self, opening: f64) -> Why {
+        let is_width = self.tried == 0 && self.blocked.is_empty() && self.nearest.is_infinite();
+        match self.narrowest {
+            width if is_width && width.is_finite() => Why::TooWide { width, opening },
+            _ if is_width => Why::NoSides,
+            _ => self.why(),
+        }
+    }
+
+    /// As [`Self::why`], of ways with something over a thing.
+    fn why_not_over(self, target: &str) -> Why {
+        match self.why() {
+            Why::OutOfReach { nearest } => {
+                Why::OverOutOfReach(Over { target: target.to_owned(), nearest })
+            }
+            why => why,
         }
     }
 }

@@ -159,15 +159,12 @@ impl Planner {
 
         let places: Vec<Vector3<f64>> = match at {
             Region::On(name) if name == TABLE => {
-                let free = self.free_places(o, object.shape.outer_radius());
+                let free = self.free_places(o, object.shape.outer_radius()).map_err(no)?;
                 free.into_iter().map(|(x, y)| Vector3::new(x, y, 0.0)).collect()
             }
             Region::On(name) => self.places_on(object, name).map_err(no)?,
             region => self.places_in(object, region, CLOSE).map_err(no)?,
         };
-        if places.is_empty() {
-            return Err(no(Why::NoFreePlace));
-        }
         // What goes into a vessel comes straight down from above its rim.
         let at = match at {
             Region::On(name) => name.as_str(),
@@ -461,7 +458,7 @@ impl Planner {
     }
 
     /// Returns places on the table that nothing stands near, nearest to the hand first.
-    fn free_places(&self, o: &str, radius: f64) -> Vec<(f64, f64)> {
+    fn free_places(&self, o: &str, radius: f64) -> Result<Vec<(f64, f64)>, Why> {
         let scene = &self.cell.scene;
         let hand = self.state.world_from_tool.origin();
         let base = scene.world_from_base.origin();
@@ -492,6 +489,6 @@ impl Planner {
             let far = |p: &(f64, f64)| (p.0 - hand.x).hypot(p.1 - hand.y);
             far(a).total_cmp(&far(b))
         });
-        places
+        if places.is_empty() { Err(Why::NoFreePlace) } else { Ok(places) }
     }
 }

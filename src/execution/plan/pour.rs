@@ -7,7 +7,6 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
-use crate::trace::Over;
 use crate::twin::hold::Hold;
 use crate::world::frame::{self, Tool, World};
 use crate::world::{Object, Pose, Scene, Shape};
@@ -213,12 +212,7 @@ impl Planner {
         let passing = ways.into_iter().filter(|way| self.passes(&way.turn));
         let kept: Vec<Pour> = passing.take(KEPT).collect();
         if kept.is_empty() {
-            return Err(no(match dropped.why() {
-                Why::OutOfReach { nearest } => {
-                    Why::OverOutOfReach(Over { target: target.to_owned(), nearest })
-                }
-                why => why,
-            }));
+            return Err(no(dropped.why_not_over(target)));
         }
         Ok(kept)
     }
