@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use nalgebra::Vector2;
 
+use crate::alignment::intrinsics::strays::{self, Without};
 use crate::alignment::intrinsics::{self, Distortion, calibrate, lens};
 use crate::alignment::{files, image_map, offset};
 use crate::report::{Failure, Style, aligned};
@@ -136,17 +137,20 @@ pub(super) fn align(
                 .map_err(|e| table(&e, file))?;
             let options =
                 intrinsics::Options { image_size: args.image, ..intrinsics::Options::default() };
-            let fit = match Distortion::from_name(&args.distortion) {
+            let distortion = Distortion::from_name(&args.distortion);
+            let found = strays::without(&views, |views| match distortion {
                 Some(distortion) => {
-                    calibrate(&views, &intrinsics::Options { distortion, ..options })
+                    let options = intrinsics::Options { distortion, ..options };
+                    calibrate(views, &options).map(|fit| (fit, ()))
                 }
-                None => lens::choose(&views, &options).map(|(fit, _)| fit),
-            };
-            let fit = fit.map_err(|error| degenerate(&error, file))?;
+                None => lens::choose(views, &options).map(|(fit, _)| (fit, ())),
+            });
+            let Without { fit: (fit, ()), strays, .. } =
+                found.map_err(|error| degenerate(&error, file))?;
             if style.json {
-                style.document(&IntrinsicsAnswer::from(&fit));
+                style.document(&IntrinsicsAnswer::from(&fit).without(&strays));
             } else {
-                style.say(aligned::intrinsics(&fit).trim_end());
+                style.say(aligned::intrinsics(&fit, &strays).trim_end());
             }
         }
         AlignCommand::Offset { file, model, at } => {

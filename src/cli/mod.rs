@@ -62,7 +62,7 @@ use std::process::ExitCode;
 
 use clap::{FromArgMatches as _, Parser, Subcommand};
 
-use crate::report::{Failure, Style, panics};
+use crate::report::{self, Failure, Style, panics};
 
 pub use crate::report::exit::Exit;
 use shared::Shared;
@@ -213,8 +213,9 @@ pub fn main() -> ExitCode {
             failure.exit()
         }
     };
-    // A thread by itself may have failed beside all that. The answer has been given, so this is said beside it.
-    ExitCode::from(panics::uncaught().map_or(told, |failure| {
+    // A thread by itself may have failed beside all that, or the answer may be lost, so this is said beside it.
+    let beside = [panics::uncaught(), report::unwritten_answer()].into_iter().flatten();
+    ExitCode::from(beside.fold(told, |told, failure| {
         Style { json: false, ..style }.failure(&failure);
         failure.exit().max(told)
     }))

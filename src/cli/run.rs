@@ -150,7 +150,13 @@ pub(super) fn line(line: &str, is_live: bool, cli: &Shared, style: Style) -> Res
 /// Whether a line that is no step means something at the prompt: a command, a name asked about, a sum, words.
 fn reads_at_prompt(line: &str) -> bool {
     let is_call = line.trim().is_empty() || line.contains('(');
-    line.starts_with([':', '?', '!']) || !is_call || line.ends_with('?')
+    line.starts_with([':', '?', '!']) || !is_call || line.ends_with('?') || compares(line)
+}
+
+/// Whether a line is a condition, such as `distance(jar, cup) < 5 cm`.
+fn compares(line: &str) -> bool {
+    let (step, wrong) = language::parse_line(&format!("check {line}"));
+    matches!(step, Some(Step::Check(..))) && !wrong.iter().any(language::Diagnostic::is_error)
 }
 
 /// Whether a call asks for the value of a fluent.
@@ -176,6 +182,10 @@ pub(super) fn line_led(
     let (step, diagnostics) = language::parse_line(line);
     let step = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error));
     let is_led = lead.is_some() || style.json;
+    if step.is_none() && style.json && lead.is_none() && reads_at_prompt(line) {
+        return Err(Failure::input("usage", "with `--json`, `-c` takes a call or another step of a task")
+            .help("leave `--json` out, or ask by a command: `trueup runs --json`, `trueup doc pick --json`"));
+    }
     if step.is_none() && (is_led || !reads_at_prompt(line)) {
         return Err(report::text_failure(&diagnostics, &source, style));
     }

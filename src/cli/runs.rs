@@ -43,6 +43,7 @@ struct DiffArgs {
 pub(super) fn runs(args: &RunsArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     match &args.what {
         None | Some(What::Ls) => {
+            kept::check(&cli.cell.record)?;
             let list = kept::list(&cli.cell.record, None);
             if style.json {
                 style.document(&list.document);

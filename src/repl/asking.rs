@@ -80,7 +80,7 @@ impl Session<'_, '_> {
         let reading = self.bench.cell()?.read(&expr);
         let reading = reading.map_err(|error| report::cell_failure(&error, style))?;
         style.say(report::why::now(&condition, &reading));
-        if reading.truth == Some(false) {
+        if reading.truth != Some(true) {
             self.worsen(Exit::No as u8);
         }
         Ok(())

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use super::calibrated;
 use crate::alignment::image_map::{Compared, Grid, MapFit, Warning};
 use crate::alignment::intrinsics::Calibration;
+use crate::alignment::intrinsics::strays::Stray;
 use crate::alignment::offset::{Known, OffsetFit};
 
 /// Words regression 1: `compared` are its forms side by side, `grid` says how far it is known over the twin's picture.
@@ -56,8 +57,8 @@ pub fn map(
     text
 }
 
-/// Words regression 2.
-pub fn intrinsics(fit: &Calibration) -> String {
+/// Words regression 2, and the points that were left out.
+pub fn intrinsics(fit: &Calibration, strays: &[Stray]) -> String {
     let mut text = String::new();
     let width = fit.views.iter().map(|view| view.name.chars().count()).max().unwrap_or(0);
     for (view, residuals) in fit.views.iter().zip(&fit.residuals) {
@@ -74,6 +75,10 @@ pub fn intrinsics(fit: &Calibration) -> String {
     let views =
         if fit.views.len() == 1 { "1 view".into() } else { format!("{} views", fit.views.len()) };
     let _ = writeln!(text, "camera from {n} points in {views}");
+    for stray in strays {
+        let (view, point) = (&fit.views[stray.view].name, stray.point);
+        let _ = writeln!(text, "left out: point {point} of view {view}, counted from 0, off by {:.1} px", stray.off_px);
+    }
     text.push_str(&calibrated::lens(fit));
     text
 }

@@ -16,6 +16,7 @@ use super::{Failure, Style, cell_failure};
 ///
 /// When there is none, with the numbers there are.
 pub fn entry(root: &Path, wanted: &str) -> Result<Entry, Failure> {
+    check(root)?;
     let entries = archive::entries(root);
     let found = entries.iter().find(|e| wanted.parse() == Ok(e.number) || e.name == wanted);
     found.cloned().ok_or_else(|| {
@@ -55,6 +56,20 @@ pub struct List {
     pub words: String,
     /// `{"runs": […]}`.
     pub document: Value,
+}
+
+/// Looks whether the runs of a folder can be listed; one that is not there has none.
+///
+/// # Errors
+///
+/// What the system says of a folder that cannot be read.
+pub fn check(root: &Path) -> Result<(), Failure> {
+    match std::fs::read_dir(root) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(Failure::unread(root, &error))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Lists the runs of a folder, the oldest first; of many the last `most`.

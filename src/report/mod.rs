@@ -40,6 +40,7 @@ pub mod why;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write as _};
+use std::sync::OnceLock;
 
 use serde_json::{Value, json};
 
@@ -185,7 +186,26 @@ impl Style {
 
 /// Writes a line to stdout, without what a terminal would obey but for colours; a closed pipe is not our error.
 pub fn out(line: &str) {
-    let _ = writeln!(io::stdout().lock(), "{}", coloured(line));
+    written(writeln!(io::stdout().lock(), "{}", coloured(line)));
+}
+
+/// Why an answer is not, or not wholly, where it was to be written.
+static UNWRITTEN: OnceLock<String> = OnceLock::new();
+
+/// Remembers that stdout could not be written; that nobody reads it any more is not our error.
+fn written(result: io::Result<()>) {
+    if let Err(error) = result
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        UNWRITTEN.get_or_init(|| error.to_string());
+    }
+}
+
+/// Returns the failure of an answer that could not be written.
+pub fn unwritten_answer() -> Option<Failure> {
+    let why = UNWRITTEN.get()?;
+    let failure = Failure::input("io::write", format!("the answer could not be written: {why}"));
+    Some(failure.help("is there room where the output goes to?"))
 }
 
 /// Characters of a text that a bar shows.
@@ -207,7 +227,7 @@ fn out_json(text: &str) {
             let _ = write!(plain, "\\u{:04x}", u32::from(c));
         }
     }
-    let _ = writeln!(io::stdout().lock(), "{plain}");
+    written(writeln!(io::stdout().lock(), "{plain}"));
 }
 
 /// Writes a line to stderr, without what a terminal would obey but for colours; a closed pipe is not our error.

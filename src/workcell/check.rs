@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::alignment::marks;
 use crate::discovery::vocabulary;
-use crate::execution::uses;
+use crate::execution::{script, uses};
 use crate::execution::walk::Texts as _;
 use crate::language::ast::{Conditions, Item, Program, Span, Step};
 use crate::language::names_in;
@@ -118,6 +118,12 @@ fn scripts(program: &Program, library: &Library, stdlib: &Stdlib) -> Vec<Diagnos
     for item in &program.items {
         let Item::Action(action) = item else { continue };
         let Some((name, span)) = &action.script else { continue };
+        if let Some(text) = library.scripts().get(name)
+            && let Err(error) = script::readable(name, text)
+        {
+            found.push(wording::unreadable_script(&error, *span));
+            continue;
+        }
         if stdlib.script_names().any(|known| known == name) || library.scripts().contains_key(name)
         {
             continue;

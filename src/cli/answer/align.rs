@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, Matrix3, Matrix4};
 use serde::Serialize;
 
 use crate::alignment::image_map::{Compared, Grid, MapFit, Warning};
+use crate::alignment::intrinsics::strays::Stray;
 use crate::alignment::intrinsics::{Calibration, NAMES};
 use crate::alignment::offset::{Known, OffsetFit};
 use crate::world::{LensModel, Pose, frame};
@@ -189,6 +190,17 @@ pub struct ViewAnswer {
     pub turned_rad: f64,
 }
 
+/// A point that disagrees with all others, regression 2.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StrayAnswer {
+    /// Its view's name.
+    pub view: String,
+    /// Which point of the view, from 0.
+    pub point: usize,
+    /// How far it is from where the camera shows it, px.
+    pub off_px: f64,
+}
+
 /// The lever of the straight-line fits, regression 2.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeverageAnswer {
@@ -237,12 +249,27 @@ pub struct IntrinsicsAnswer {
     pub noise_px: f64,
     /// The views.
     pub views: Vec<ViewAnswer>,
+    /// Points left out; empty where none is.
+    pub outliers: Vec<StrayAnswer>,
     /// The lever, where extrinsics were given.
     pub leverage: Option<LeverageAnswer>,
     /// Covariance in the order of `parameters`.
     pub covariance: Vec<Vec<f64>>,
     /// Names of the rows of `covariance`.
     pub parameters: [&'static str; NAMES.len()],
+}
+
+impl IntrinsicsAnswer {
+    /// Adds the points that were left out.
+    #[must_use]
+    pub fn without(self, strays: &[Stray]) -> Self {
+        let one = |stray: &Stray| StrayAnswer {
+            view: self.views[stray.view].view.clone(),
+            point: stray.point,
+            off_px: stray.off_px,
+        };
+        Self { outliers: strays.iter().map(one).collect(), ..self }
+    }
 }
 
 impl From<&Calibration> for IntrinsicsAnswer {
@@ -290,6 +317,7 @@ impl From<&Calibration> for IntrinsicsAnswer {
                     turned_rad: v.turned_rad,
                 })
                 .collect(),
+            outliers: Vec::new(),
             leverage: fit
                 .leverage
                 .map(|l| LeverageAnswer { std_x_over_z: l.std_x, std_y_over_z: l.std_y }),

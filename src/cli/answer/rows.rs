@@ -23,6 +23,7 @@ pub fn rows(text: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
     let fail = |what: String| Err(Error::Input { what });
     let mut picks: Option<Vec<(usize, f64)>> = None;
     let mut rows = Vec::new();
+    let text = text.trim_start_matches('\u{feff}');
     for (index, line) in text.lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {

@@ -56,10 +56,22 @@ impl Checker<'_> {
         }
     }
 
-    /// Warns when the priors given exceed 1, or when all are given and fall short of 1.
+    /// Tells when all priors are 0; warns when those given exceed 1, or when all are given and fall short of 1.
     fn priors_add_up(&mut self, either: &Either) {
         let given: Vec<f64> = either.branches.iter().filter_map(|b| b.prior).collect();
         let sum: f64 = given.iter().sum();
+        if given.len() == either.branches.len() && sum <= 0.0 {
+            self.tell(
+                Diagnostic::error(
+                    "task::prior",
+                    either.span,
+                    "every prior here is 0",
+                    "no branch can be chosen",
+                )
+                .help("write priors that add up to 1"),
+            );
+            return;
+        }
         let wrong = sum > 1.001 || (given.len() == either.branches.len() && sum < 0.999);
         if wrong {
             self.tell(
