@@ -77,7 +77,7 @@ const MEANT: &[(&str, &str)] = &[
 
 /// The units worth listing to a person who wrote one that does not exist.
 pub fn known_units() -> &'static str {
-    "mm cm m deg rad ms s min mL L g kg N N*m %"
+    "mm cm m deg rad ms s min mL L g kg N N*m A V Hz rad/s %"
 }
 
 /// Returns the unit that a wrong spelling most likely means: `centimetres` → `cm`.

@@ -38,6 +38,28 @@ impl Sheet {
     }
 }
 
+/// How a table is written.
+struct Written {
+    /// What stands between two cells.
+    delimiter: u8,
+    /// Whether a comma stands where others write a point.
+    has_decimal_commas: bool,
+}
+
+impl Written {
+    /// Semicolons stand between cells where the header has some and no comma. Then commas stand for points where no cell has a
+    /// point: a table with both is read as it stands.
+    fn of(text: &str) -> Self {
+        let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
+        let header = lines.next().unwrap_or_default();
+        if !header.contains(';') || header.contains(',') {
+            return Self { delimiter: b',', has_decimal_commas: false };
+        }
+        let has_decimal_commas = !lines.any(|line| line.contains('.'));
+        Self { delimiter: b';', has_decimal_commas }
+    }
+}
+
 /// Most columns of a table; a robot with every channel has a hundred.
 const MOST_COLUMNS: usize = 200_000;
 
@@ -52,11 +74,13 @@ pub(super) fn each_row(
 ) -> Result<Vec<units::Column>, Error> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     // Counted before any is read: one line may hold them all.
-    let cells = text.bytes().filter(|byte| matches!(byte, b',' | b'\n')).count();
+    let cells = text.bytes().filter(|byte| matches!(byte, b',' | b';' | b'\n')).count();
     if cells > MOST_VALUES {
         return Err(too_much(name, cells));
     }
+    let Written { delimiter, has_decimal_commas } = Written::of(text);
     let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
         .has_headers(false)
         .flexible(true)
         .trim(csv::Trim::All)
@@ -81,6 +105,9 @@ pub(super) fn each_row(
         if record.len() != columns.len() {
             let flaw = Flaw::Ragged(record.len(), columns.len());
             return Err(flaw.at(format!("{name}:{line}")));
+        }
+        if has_decimal_commas {
+            record = record.iter().map(|cell| cell.replacen(',', ".", 1)).collect();
         }
         each(&columns, line, &record);
     }
