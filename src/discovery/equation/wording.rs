@@ -66,11 +66,18 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
 
 /// Why a formula is not given: the parts of the gap that it explains, and what was asked for.
 pub(super) fn refused(train: f64, heldout: f64, least: f64) -> String {
+    let [train, heldout] = [train, heldout].map(|part| percent(part.max(0.0)));
+    if train == heldout && train == percent(0.0) {
+        return "; no formula explains any of it".into();
+    }
+    let least = percent(least);
+    if train == heldout {
+        return format!(
+            "; the best formula explains {train} of it, and {least} are needed, so none is given"
+        );
+    }
     format!(
-        "; the best formula explains {} of it on the data fitted but {} on the data held out, where {} were asked for, so none is given",
-        percent(train.max(0.0)),
-        percent(heldout.max(0.0)),
-        percent(least)
+        "; the best formula explains {train} of it on the data fitted and {heldout} on the data held out, where {least} are needed, so none is given"
     )
 }
 

@@ -7,16 +7,26 @@ use crate::workcell::{Ending, Run, State};
 
 use super::super::run::{during, people};
 
+/// How many steps were done, as one says after "after".
+fn steps_done(n: usize) -> String {
+    match n {
+        0 => "no complete step".into(),
+        1 => "1 complete step".into(),
+        n => format!("{n} complete steps"),
+    }
+}
+
 /// A run in which no step failed in the end.
 pub(super) fn without_failure(run: &Run) -> String {
     let steps = run.steps.len();
     let mut text = match (&run.reason, run.outcome) {
         (Some(reason), _) => return format!("{}: {reason}", run.task),
         _ if run.state == State::Running => {
-            return format!("{} is not over, or was cut off, after {steps} whole steps", run.task);
+            let done = steps_done(steps);
+            return format!("{} is not over, or was cut off, after {done}", run.task);
         }
         (None, Ending::Stopped) => {
-            return format!("{} was stopped after {steps} whole steps", run.task);
+            return format!("{} was stopped after {}", run.task, steps_done(steps));
         }
         (None, _) if steps == 1 => format!("{} did what it promised in its one step", run.task),
         (None, _) => format!("{} did what it promised in all {steps} steps", run.task),
