@@ -142,7 +142,17 @@ fn mistakes_are_told_with_their_place() {
     scratch.file("lost.json", r#"{"robot": "nowhere.urdf"}"#);
     scratch.file("blind.csv", "x[m],y[m],z[m],u[px],v[px]\n0,0,1,2,3\n");
     scratch.file("no_twin.task", "fluent f(o: Object) = true\n");
-    let cases: [(&[&str], &str, &str); 9] = [
+    let six: Vec<String> = (1..=6).map(|n| format!(",q_{n}[rad],tau_{n}[N*m]")).collect();
+    let rows = (0..20).fold(String::new(), |all, k| format!("{all}{k}{}\n", ",0".repeat(12)));
+    scratch.file("six.csv", format!("t[s]{}\n{rows}", six.concat()));
+    let copy = fs::read_to_string(&control).unwrap();
+    scratch.file("copy.csv", copy.trim_end());
+    let sidecar = fs::read_to_string(control.replace(".csv", ".json")).unwrap();
+    scratch.file("copy.json", sidecar);
+    let cases: [(&[&str], &str, &str); 12] = [
+        (&["gap", &control, &control], "gap::same", "same rows"),
+        (&["gap", &control, "copy.csv"], "gap::same", "same rows"),
+        (&["gap", "six.csv"], "gap::robot", "6 joints, and no robot is named"),
         (&["gap"], "usage", "required"),
         (&["gap", "gone.csv"], "io::missing", "gone.csv"),
         (&["gap", "two.csv"], "gap::recording", "2 rows"),

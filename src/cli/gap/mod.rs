@@ -12,11 +12,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::discovery::equation;
 use crate::discovery::finding::Finding;
 use crate::discovery::model_file::{self, ModelFile};
-use crate::discovery::recording::{self, Map, Recording};
+use crate::discovery::recording::{self, Flaw, Map, Recording};
 use crate::discovery::{Investigation, Options, Subject, investigate};
 use crate::files;
 use crate::language::Source;
 use crate::monitor::changes::{self, Change};
+use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
 use crate::trace::StepRecord;
 use crate::units::significant;
@@ -91,12 +92,14 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
         let text = read(path)?;
         if equation::model_in(&text, "").is_some() {
             let recordings = plain(args, &map)?;
+            held_out_is_new(&recordings)?;
             return equations(args, path, &text, &recordings, style);
         }
     }
     let model = model_of(args, style)?;
     let Inputs { mut recordings, kind, scene, runs } =
         inputs(args, &map, model.as_ref(), cli, style)?;
+    held_out_is_new(&recordings)?;
     let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
     let robot;
     let mut robot_at = None;
@@ -128,8 +131,13 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    let mut investigation = finding.map_err(|error| failure(&error))?;
-    if kind != Kind::Pours && args.robot_file.is_none() && recordings[0].sidecar.robot.is_none() {
+    let is_assumed =
+        kind != Kind::Pours && args.robot_file.is_none() && recordings[0].sidecar.robot.is_none();
+    let mut investigation = finding.map_err(|error| {
+        let other = is_assumed.then(|| of_another_arm(&error, &recordings)).flatten();
+        other.unwrap_or_else(|| failure(&error))
+    })?;
+    if is_assumed {
         let assumed = "no robot is named; the Gen3 of the stdlib is assumed (`--robot-file URDF` names another)";
         investigation.finding.notes.insert(0, assumed.into());
     }
@@ -372,6 +380,48 @@ fn bar(style: Style) -> Option<ProgressBar> {
 }
 
 /// Words a mistake in a recording.
+/// Says that the Gen3 was assumed, where the columns are those of an arm with fewer joints.
+fn of_another_arm(error: &recording::Error, recordings: &[Recording]) -> Option<Failure> {
+    let Some(Flaw::NoColumn { name, .. }) = error.flaw() else { return None };
+    let (stem, number) = name.rsplit_once('_')?;
+    let missing: usize = number.parse().ok()?;
+    let recording = recordings.iter().find(|recording| error.place.starts_with(&recording.name))?;
+    let joints = recording.group_len(stem);
+    if joints == 0 || joints + 1 != missing {
+        return None;
+    }
+    let message = format!(
+        "the columns are of an arm with {joints} joint{}, and no robot is named, so that the Gen3 with {} joints was assumed",
+        if joints == 1 { "" } else { "s" },
+        Robot::gen3().n_joints(),
+    );
+    let help = format!(
+        "name the arm's file with `--robot-file URDF`; if `{name}` is there under another name, `--map 'THEIRS={name}'` renames it"
+    );
+    Some(Failure::input("gap::robot", message).at(recording.name.as_str()).help(help))
+}
+
+/// Refuses to judge on the recording that was fitted.
+fn held_out_is_new(recordings: &[Recording]) -> Result<(), Failure> {
+    let Some((last, fitted)) = recordings.split_last() else { return Ok(()) };
+    let same = |a: &[f64], b: &[f64]| {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+    };
+    let repeats = |other: &&Recording| {
+        let columns = other.columns.iter().zip(&last.columns);
+        same(&other.time, &last.time)
+            && other.columns.len() == last.columns.len()
+            && columns.into_iter().all(|(a, b)| a.name == b.name && same(&a.values, &b.values))
+    };
+    let Some(other) = fitted.iter().find(repeats) else { return Ok(()) };
+    let message =
+        format!("the recording held out has the same rows as {}, which is fitted", other.name);
+    Err(Failure::input("gap::same", message).at(last.name.as_str()).help(
+        "judged on what was fitted, anything looks right: hold out another recording, or give this one alone, of which the last \
+         part is held out",
+    ))
+}
+
 fn failure(error: &recording::Error) -> Failure {
     Failure::input("gap::recording", error.what.clone()).at(&error.place).help(&error.help)
 }
