@@ -163,6 +163,10 @@ fn investigated(
         let (holdout, search) = (options.holdout, &options.search);
         return robot::at_poses(robot, known, recordings, holdout, search, progress);
     }
+    if let Subject::Arm(robot, _) = subject {
+        let check = |recording| robot::check_clock(recording, robot.n_joints());
+        recordings.iter().try_for_each(check)?;
+    }
     let recordings = &*within(recordings, subject.most());
     let (robot, known) = match subject {
         Subject::Pours(scene, known) => {

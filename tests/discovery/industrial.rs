@@ -6,8 +6,8 @@
 //! 2.9 N·m·s/rad, dry 13.7, 15.0, 5.7, 2.3, 2.9 and 2.4 N·m.
 
 use trueup::discovery::finding::{Effect, Finding, Value, Verdict};
-use trueup::discovery::recording::{Map, Recording};
-use trueup::discovery::{Options, Subject, investigate};
+use trueup::discovery::recording::{Error, Map, Recording};
+use trueup::discovery::{Investigation, Options, Subject, investigate};
 use trueup::motion::Robot;
 
 use crate::absent::public;
@@ -19,8 +19,13 @@ fn found(files: &[&str]) -> Option<Finding> {
     changed(files, |_| {})
 }
 
-/// What is found once every row has been changed: time, then angles, speeds and torques of six joints.
+/// What is found once every row has been changed.
 fn changed(files: &[&str], change: impl Fn(&mut [f64])) -> Option<Finding> {
+    answered(files, change).map(|found| found.unwrap().finding)
+}
+
+/// What is answered once every row has been changed: time, then angles, speeds and torques of six joints.
+fn answered(files: &[&str], change: impl Fn(&mut [f64])) -> Option<Result<Investigation, Error>> {
     let read = |name: &&str| {
         let path = public(&format!("ur10e_excitation/{name}"))?;
         let text = std::fs::read_to_string(path).unwrap();
@@ -39,8 +44,7 @@ fn changed(files: &[&str], change: impl Fn(&mut [f64])) -> Option<Finding> {
     let recordings: Option<Vec<Recording>> = files.iter().map(read).collect();
     let robot = Robot::from_file(&public("ur10e_excitation/ur10e.urdf")?, None).unwrap();
     let arm = Subject::Arm(&robot, &[]);
-    let found = investigate(&recordings?, arm, &Options::default(), &mut |_, _| {});
-    Some(found.unwrap().finding)
+    Some(investigate(&recordings?, arm, &Options::default(), &mut |_, _| {}))
 }
 
 fn number(effect: &Effect, name: &str) -> f64 {
@@ -48,6 +52,30 @@ fn number(effect: &Effect, name: &str) -> f64 {
         Some(Value::Number(value)) => *value,
         other => panic!("{other:?} in {effect:?}"),
     }
+}
+
+/// The friction of a real arm is as large as what its links need: torques of the other sign do not just mirror the model.
+#[test]
+fn torques_of_the_other_sign_are_told() {
+    let turned = |files: &[&str], which: std::ops::Range<usize>| {
+        let change = |row: &mut [f64]| row[which.clone()].iter_mut().for_each(|tau| *tau *= -1.0);
+        Some(answered(files, change)?.map(|found| found.finding.reason).unwrap_err())
+    };
+    let Some(error) = turned(&["u14.csv", "u15.csv"], 13..19) else { return };
+    for joint in 1..=6 {
+        assert!(error.what.contains(&format!("`tau_{joint}`")), "{error:?}");
+    }
+    assert!(error.help.contains("sign") && error.place == "u14.csv", "{error:?}");
+    let Some(error) = turned(&["u14.csv", "l14.csv"], 16..17) else { return };
+    assert!(error.what.starts_with("`tau_4` runs against"), "{error:?}");
+}
+
+/// A clock in milliseconds is so long that only its beginning would be looked at, where the arm rests.
+#[test]
+fn milliseconds_called_seconds_are_told() {
+    let Some(answer) = answered(&["u14.csv", "u15.csv"], |row| row[0] *= 1e3) else { return };
+    let error = answer.map(|found| found.finding.reason).unwrap_err();
+    assert!(error.what.starts_with("`t` looks like milliseconds"), "{error:?}");
 }
 
 /// In the second loaded excitation the load sits turned by half a turn.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use trueup::discovery::recording::{Map, Recording};
+use trueup::discovery::recording::{Column, Map, Recording};
 use trueup::discovery::{Options, Subject, investigate};
 use trueup::units::Dimension;
 
@@ -234,6 +234,15 @@ fn columns_that_cannot_be_what_they_are_called_are_refused() {
     let error = refused(|r| r.time.iter_mut().for_each(|t| *t *= 1000.0));
     assert!(error.what.ends_with("times what the change of `q_1` says"), "{error:?}");
     assert!(error.help.contains("t[ms]"), "{error:?}");
+    assert!(error.what.starts_with("`t` looks like milliseconds"), "{error:?}");
+    let error = refused(|r| r.time.iter_mut().for_each(|t| *t *= 1e6));
+    assert!(error.what.starts_with("`t` looks like microseconds"), "{error:?}");
+    assert!(error.help.contains("`t[us]`") && error.place.contains("column `t`"), "{error:?}");
+    let error = refused(|r| {
+        r.columns.retain(|c| !c.name.starts_with("dq"));
+        r.time.iter_mut().for_each(|t| *t *= 1000.0);
+    });
+    assert!(error.what.contains("s apart, too far to follow"), "{error:?}");
     let error = refused(|r| times(r, "tcp", 1000.0));
     assert!(error.what.contains("`tcp_x` travels") && error.help.contains("mm"), "{error:?}");
     let error = refused(|r| times(r, "tau", -1.0));
@@ -247,6 +256,58 @@ fn columns_that_cannot_be_what_they_are_called_are_refused() {
         rename(r, "q_x", "q_3");
     });
     assert!(error.what.contains("`q_2` follows `q_cmd_3`, not `q_cmd_2`"), "{error:?}");
+}
+
+/// Without a controller the torques of one joint are enough; with one a sensor that says the opposite is no effect either.
+#[test]
+fn a_torque_of_the_other_sign_is_refused() {
+    let error = refused(|r| {
+        r.sidecar.controller = None;
+        times(r, "tau_4", -1.0);
+    });
+    assert!(error.what.starts_with("`tau_4` runs against what the arm needs"), "{error:?}");
+    assert!(error.help.starts_with("turn their sign"), "{error:?}");
+    let error = refused(|r| times(r, "tau_1", -1.0));
+    assert!(error.what.starts_with("`tau_1` reads -1 times"), "{error:?}");
+}
+
+/// A second and a half of a motion was explained by effects of thousands of N·m, or was called another machine than its end.
+#[test]
+fn a_motion_that_is_too_short_to_tell_is_refused() {
+    let error = refused(|r| {
+        *r = r.split(0.97).unwrap().0;
+        r.sidecar.controller = None;
+    });
+    assert!(error.what.contains("too short to tell"), "{error:?}");
+    assert!(error.help.contains("turn both ways"), "{error:?}");
+    let error = refused(|r| {
+        r.sidecar.controller = None;
+        let still = |c: &&mut Column| c.name.starts_with("q_") || c.name.starts_with("dq_");
+        r.columns.iter_mut().filter(still).for_each(|c| {
+            c.values.iter_mut().enumerate().for_each(|(k, v)| *v = 1e-4 * (k % 2) as f64);
+        });
+        r.columns.retain(|c| !c.name.starts_with("q_cmd"));
+    });
+    assert!(error.what.starts_with("too little motion to tell"), "{error:?}");
+}
+
+#[test]
+fn semicolons_and_decimal_commas_are_read() {
+    let read_q = |csv: &str| {
+        let r = read(csv).unwrap();
+        (r.time.clone(), r.column("q_1", Dimension::ANGLE).unwrap().to_vec())
+    };
+    let expected = (vec![0.0, 0.5, 1.0], vec![1.0, 1.5, -0.02]);
+    for csv in [
+        "t[s];q_1[rad]\n0;1.0\n0.5;1.5\n1;-0.02\n",
+        "# a logger\nt[s];q_1[rad]\r\n0;1,0\r\n0,5;1,5\r\n1;-2,0e-2\r\n",
+    ] {
+        assert_eq!(read_q(csv), expected, "{csv:?}");
+    }
+    // Where cells have points, a comma may stand between thousands.
+    let both = read("t[s];q_1[rad]\n0;1.5\n1;1,500\n2;1\n").unwrap();
+    let error = both.column("q_1", Dimension::ANGLE).unwrap_err();
+    assert!(error.what.contains("`1,500` is not a finite number"), "{error:?}");
 }
 
 /// Positions alone, in degrees: nothing to compare them with but the joints' limits.

@@ -315,7 +315,7 @@ fn channel(
 }
 
 /// Takes jumps of a whole turn out of an angle.
-fn unwrapped(values: &[f64]) -> Vec<f64> {
+pub(super) fn unwrapped(values: &[f64]) -> Vec<f64> {
     use std::f64::consts::{PI, TAU};
     let mut turns = 0.0;
     let mut last = values.first().copied().unwrap_or(0.0);

@@ -2,7 +2,7 @@
 //! whoever meets it (`Misfit::at`).
 
 use std::borrow::Cow;
-use std::fmt::Display;
+use std::fmt::{self, Display};
 
 use crate::discovery::recording;
 use crate::motion;
@@ -94,6 +94,19 @@ pub enum Misfit {
         /// The usual step, s.
         step: f64,
     },
+    /// Time is in another unit than it says.
+    #[error(
+        "`t` looks like {unit}: `dq_{}` is {} times what the change of `q_{}` says",
+        .joint + 1, significant(*.ratio, 3), .joint + 1
+    )]
+    Clock {
+        /// In which.
+        unit: TimeUnit,
+        /// A joint that shows it.
+        joint: usize,
+        /// Its speed over the change of its angle.
+        ratio: f64,
+    },
     /// One column is a multiple of what another says.
     #[error(
         "`{}` {} {} times what {} says",
@@ -160,6 +173,44 @@ pub enum Misfit {
         same: usize,
         /// Which multiple.
         ratio: f64,
+    },
+    /// Torques have the wrong sign.
+    #[error(
+        "{} against what the arm needs: with the sign turned, weight, friction and rotors leave {} % of the residual",
+        run_against(.joints), significant(100.0 * .left, 2)
+    )]
+    TorquesAgainst {
+        /// Of which joints.
+        joints: Vec<usize>,
+        /// Which part of what the model leaves of them stays once they are turned, as a root mean square.
+        left: f64,
+    },
+    /// A sensor was found to say the opposite of what acts.
+    #[error("`tau_{}` reads {} times what acts at its joint", .joint + 1, significant(*.gain, 2))]
+    TorqueTurned {
+        /// Of which joint.
+        joint: usize,
+        /// Which multiple.
+        gain: f64,
+    },
+    /// Recordings of an arm that stands.
+    #[error(
+        "too little motion to tell: no joint turns by more than {} rad in what is fitted",
+        significant(*.most, 2)
+    )]
+    HardlyMoves {
+        /// The furthest that a joint turns, rad.
+        most: f64,
+    },
+    /// Recordings whose motion tells less than what would have to be told.
+    #[error(
+        "{} s of this motion are too short to tell: friction, offsets and rotors come out so uncertain that nothing \
+         predicted from them can be judged",
+        significant(*.seconds, 2)
+    )]
+    TooShort {
+        /// How long those fitted are, s.
+        seconds: f64,
     },
     /// A current has the wrong sign.
     #[error("the current of joint {} runs against what the arm needs", .joint + 1)]
@@ -234,6 +285,51 @@ pub enum Misfit {
     },
 }
 
+/// A unit that a time in seconds may be taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// Thousandths of a second.
+    Milliseconds,
+    /// Millionths of a second.
+    Microseconds,
+}
+
+impl TimeUnit {
+    /// Returns how many of it are a second.
+    pub(super) fn per_second(self) -> f64 {
+        match self {
+            Self::Milliseconds => 1e3,
+            Self::Microseconds => 1e6,
+        }
+    }
+
+    fn symbol(self) -> &'static str {
+        match self {
+            Self::Milliseconds => "ms",
+            Self::Microseconds => "us",
+        }
+    }
+}
+
+impl Display for TimeUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Milliseconds => "milliseconds",
+            Self::Microseconds => "microseconds",
+        })
+    }
+}
+
+/// Says that the torques of joints, from 0, run.
+fn run_against(joints: &[usize]) -> String {
+    let names: Vec<String> = joints.iter().map(|joint| format!("`tau_{}`", joint + 1)).collect();
+    match names.split_last() {
+        Some((last, [])) => format!("{last} runs"),
+        Some((last, others)) => format!("{} and {last} run", others.join(", ")),
+        None => "torques run".into(),
+    }
+}
+
 /// Two columns that say the same of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pair {
@@ -274,6 +370,10 @@ impl Pair {
         }
     }
 }
+
+/// What to do about torques that run against what the arm needs.
+const TURN: &str =
+    "turn their sign: a torque is positive when the motor drives its joint to larger angles";
 
 impl Misfit {
     /// Says that a search among motions ended with `why`.
@@ -324,6 +424,12 @@ impl Misfit {
             Self::Coarse { .. } => {
                 "name the unit of time in the header, such as `t[ms]`, or record more often"
             }
+            Self::Clock { unit, .. } => {
+                let unit = unit.symbol();
+                return Cow::Owned(format!(
+                    "say so in the header, `t[{unit}]`, or with `--map 't=t[{unit}]'`"
+                ));
+            }
             Self::Scaled { pair, .. } => {
                 return Cow::Owned(format!(
                     "write the unit of each column in the header, such as `{}`, or give it with `--map`",
@@ -343,8 +449,14 @@ impl Misfit {
             Self::BeyondReach { .. } => {
                 "if it is in millimetres, say so in the header: `tcp_x[mm]`"
             }
-            Self::TorquesScaled { ratio, .. } if *ratio < 0.0 => {
-                "turn their sign: a torque is positive when the motor drives its joint to larger angles"
+            Self::TorquesScaled { ratio, .. } if *ratio < 0.0 => TURN,
+            Self::TorquesAgainst { .. } | Self::TorqueTurned { .. } => TURN,
+            Self::HardlyMoves { .. } => {
+                "record while every joint turns both ways, slowly and fast; of poses at rest give one row each, without a time"
+            }
+            Self::TooShort { .. } => {
+                "record for longer: every joint has to turn both ways, slowly and fast, several times in the part that is fitted; \
+                 a second recording may be held out"
             }
             Self::TorquesScaled { .. } => {
                 "say their unit in the header, such as `tau_1[mN*m]`, or name the arm with `--robot-file`"

@@ -49,6 +49,9 @@ const NARROW: f64 = 1.05;
 /// A sensor that leaves no more than this many times its noise is described: noise is known to a tenth.
 const DESCRIBED: f64 = 1.1;
 
+/// An angle nearer to the end of its range than this part of it is at the end.
+const WITHIN: f64 = 0.99;
+
 impl ArmGap {
     /// Lays the arm out about the motions that a hypothesis gives it, where they are far from the commands;
     /// returns whether any was.
@@ -93,6 +96,23 @@ impl ArmGap {
             unexplained: Default::default(),
             settled: Vec::new(),
         }
+    }
+
+    /// Returns the dry friction that the model has at a joint already, both ways together, N·m.
+    fn dry_known(&self, joint: usize) -> f64 {
+        let (terms, values) = &self.known;
+        let mut from = 0;
+        let of = |term: &Term| {
+            let own = &values[from..];
+            from += term.law.specs().len();
+            match term.law {
+                _ if term.joint != joint => 0.0,
+                Law::Coulomb | Law::SmoothCoulomb | Law::Stribeck => 2.0 * own[0],
+                Law::Asymmetric => own[0] + own[1],
+                _ => 0.0,
+            }
+        };
+        terms.iter().map(of).sum()
     }
 
     /// Returns whether its links are as the recordings have them.
@@ -281,6 +301,16 @@ impl Residuals for ArmGap {
             Law::Above | Law::Below => parameters[1],
             Law::TorqueGain | Law::ActuatorGain if self.is_along() => {
                 return SENSIBLE_GAIN.contains(&parameters[0]);
+            }
+            // Friction takes power from the motion, whatever part of it the model has already.
+            Law::Asymmetric => {
+                return parameters[0] + parameters[1] + self.dry_known(term.joint) >= 0.0;
+            }
+            // At the end of what is looked at, the one that fits lies beyond it.
+            Law::BaseTilt => {
+                let specs = term.law.specs();
+                let mut angles = specs.iter().zip(parameters);
+                return angles.all(|(spec, angle)| angle.abs() < WITHIN * spec.range.1);
             }
             // One as narrow as may be is none.
             Law::Hysteresis if self.is_along() => {

@@ -9,9 +9,9 @@ use super::error::Misfit;
 use super::experiment::Experiment;
 use super::explain::ArmGap;
 use super::laid_out;
-use super::links::{self, Carried, Gain, Links};
+use super::links::{self, Carried, Gain, Links, Turned};
 use super::places::places;
-use super::term::{Law, Term};
+use super::term::{Law, SENSIBLE_GAIN, Term};
 use super::traces::traces;
 use super::wording;
 use crate::discovery::Investigation;
@@ -64,6 +64,16 @@ pub fn investigate(
         notes.push(wording::read_late(delay));
     }
     let numbers = links::identified(&gap).unwrap_or_default();
+    if numbers.is_too_short {
+        let seconds = train.iter().map(Recording::duration).sum();
+        return Err(Misfit::TooShort { seconds }.at(place));
+    }
+    if let Some(turned) = numbers.turned {
+        let all = if turned.of_heldout { heldout } else { train };
+        let names: Vec<&str> = all.iter().map(|recording| recording.name.as_str()).collect();
+        let Turned { joints, left, .. } = turned;
+        return Err(Misfit::TorquesAgainst { joints, left }.at(names.join(", ")));
+    }
     let differs = |finding| Investigation {
         finding,
         traces: Vec::new(),
@@ -82,6 +92,9 @@ pub fn investigate(
         return Ok(differs(different(&gap, words, notes)));
     }
     let mut found = found(&mut gap, numbers.own, options, progress).map_err(runs_away)?;
+    if let Some(turned) = turned(&gap, &found.outcome) {
+        return Err(turned.at(names.join(", ")));
+    }
     if shows_in_held_out_alone(&gap, &found.outcome) {
         // The motion to fit does not show it, the other does: exchange the two.
         for gap in std::iter::once(&mut gap).chain(&mut found.filed) {
@@ -162,6 +175,18 @@ fn told(
     finding.notes.extend(hints(&finding, &traces));
     let experiment = experiment.map(|experiment| experiment.csv);
     Investigation { finding, traces, whys, experiment, revision }
+}
+
+/// Returns which sensor an outcome takes for one that says the opposite of what acts, within what a gain may be: no sensor does.
+fn turned(gap: &ArmGap, outcome: &Outcome<Term>) -> Option<Misfit> {
+    let best = &outcome.best;
+    let mut at = gap.nuisance().len();
+    best.terms.iter().find_map(|term| {
+        let gain = best.parameters[at];
+        at += gap.specs(term).len();
+        let is_turned = term.law == Law::TorqueGain && SENSIBLE_GAIN.contains(&-gain);
+        is_turned.then_some(Misfit::TorqueTurned { joint: term.joint, gain })
+    })
 }
 
 /// Returns the load that the recordings held out bear, or those fitted, which then change their places; and whether it is those.

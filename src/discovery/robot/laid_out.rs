@@ -51,6 +51,7 @@ pub(super) fn gap(
     if gap.count(Set::Train) == 0 || gap.count(Set::Heldout) == 0 {
         return Err(Misfit::NothingPredicted.at(place));
     }
+    plausible::check_motion(&gap, place)?;
     Ok((gap, notes))
 }
 

@@ -34,4 +34,5 @@ mod rows;
 mod thin;
 
 pub use investigate::investigate;
+pub(super) use plausible::check_clock;
 pub(super) use poses::{are_poses, investigate as at_poses};

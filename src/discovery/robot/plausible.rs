@@ -3,12 +3,14 @@
 //! Such a mistake is no effect of the arm; searched for effects it yields a list of absurd ones. Each check asks
 //! for strong evidence, so that a bad arm is never taken for a bad file.
 
-use super::channels::{Data, Quantity};
-use super::error::{Misfit, Pair};
+use super::channels::{Data, Quantity, unwrapped};
+use super::error::{Misfit, Pair, TimeUnit};
+use super::explain::ArmGap;
 use super::plant::Arm;
 use super::simulate::Model;
-use crate::discovery::recording::Error;
+use crate::discovery::recording::{Error, Recording};
 use crate::motion::robot::JointLimits;
+use crate::units::Dimension;
 
 /// Two columns that say the same agree in size to within this factor.
 const FACTOR: f64 = 2.0;
@@ -63,6 +65,67 @@ pub(super) fn check(
     }
     within_limits(limits, data, name)?;
     within_reach(arm, data, name)
+}
+
+/// Checks the time of a whole recording, before any of it is left out for being too long: by speeds and the change of angles.
+/// Where columns cannot be read, or hold no motion, that is told elsewhere.
+///
+/// # Errors
+///
+/// An [`Error`] for a time in milliseconds or microseconds that is called seconds, and for rows too far apart to follow a motion.
+pub(in super::super) fn check_clock(recording: &Recording, n: usize) -> Result<(), Error> {
+    let place = || format!("{}, column `t`", recording.name);
+    let group = |stem, dimension| recording.group(stem, n, dimension).ok().flatten();
+    let Some(angles) = group("q", Dimension::ANGLE) else { return Ok(()) };
+    let time = &recording.time;
+    let angles: Vec<Vec<f64>> = angles.into_iter().map(unwrapped).collect();
+    let moves = |q: &Vec<f64>| q.iter().any(|v| (v - q[0]).abs() > MOVES);
+    let moving: Vec<usize> = (0..n).filter(|joint| moves(&angles[*joint])).collect();
+    let speeds = group("dq", Dimension::ANGULAR_SPEED).unwrap_or_default();
+    let follows = |joint: &usize| {
+        let own = speeds.get(*joint)?;
+        let own = &own[1..own.len() - 1];
+        let changes = changes(time, &angles[*joint]);
+        (cosine(&changes, own) > ALIKE).then(|| (*joint, norm(own) / norm(&changes).max(1e-300)))
+    };
+    let ratios: Vec<(usize, f64)> = moving.iter().filter_map(follows).collect();
+    for unit in [TimeUnit::Milliseconds, TimeUnit::Microseconds] {
+        let is_so = |(_, ratio): &(usize, f64)| {
+            (1.0 / FACTOR..FACTOR).contains(&(ratio / unit.per_second()))
+        };
+        if let Some(&(joint, ratio)) = ratios.first()
+            && ratios.iter().all(is_so)
+            && 2 * ratios.len() > moving.len()
+        {
+            return Err(Misfit::Clock { unit, joint, ratio }.at(place()));
+        }
+    }
+    let step = recording.step();
+    if step > COARSE && !moving.is_empty() {
+        return Err(Misfit::Coarse { step }.at(place()));
+    }
+    Ok(())
+}
+
+/// Checks that the arm moves somewhere in the recordings of which torques are judged along the measured motion.
+///
+/// # Errors
+///
+/// An [`Error`] for an arm that stands.
+pub(super) fn check_motion(gap: &ArmGap, name: &str) -> Result<(), Error> {
+    let has_torque = |model: &Model| model.course.data.has(Quantity::Torque);
+    if !gap.is_along() || !gap.train.iter().all(has_torque) {
+        return Ok(());
+    }
+    let range = |joint: usize| {
+        let models = gap.train.iter();
+        let all =
+            models.filter_map(|m| m.course.data.measured(Quantity::Position, joint)).flatten();
+        let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), q| (l.min(*q), h.max(*q)));
+        (high - low).max(0.0)
+    };
+    let most = (0..gap.train[0].course.data.n).map(range).fold(0.0, f64::max);
+    if most > MOVES { Ok(()) } else { Err(Misfit::HardlyMoves { most }.at(name)) }
 }
 
 /// Checks poses at rest against the arm.

@@ -158,6 +158,9 @@ pub const SHIFTS: [[bool; 6]; 5] = [
 /// A sensor or a drive that says twice or half of what it should is not overlooked.
 pub const SENSIBLE_GAIN: std::ops::Range<f64> = 0.5..2.0;
 
+/// How far a base may be tilted, rad: a little further than one on a wall is.
+const TILTED: (f64, f64) = (-1.65, 1.65);
+
 /// What has no name.
 const UNKNOWN: &str = "unknown";
 
@@ -298,8 +301,8 @@ impl Law {
             }
             Self::Armature => vec![spec("inertia", "kg*m^2", 0.01, ANY, Some(0.0))],
             Self::BaseTilt => vec![
-                spec("roll", "rad", 1e-3, (-1.5, 1.5), Some(0.0)),
-                spec("pitch", "rad", 1e-3, (-1.5, 1.5), Some(0.0)),
+                spec("roll", "rad", 1e-3, TILTED, Some(0.0)),
+                spec("pitch", "rad", 1e-3, TILTED, Some(0.0)),
             ],
             Self::TorqueOffset => vec![spec("torque", "N*m", 0.05, ANY, Some(0.0))],
             Self::TorqueGain => vec![spec("gain", "", 0.01, (-10.0, 10.0), Some(1.0))],

@@ -15,6 +15,7 @@ mod carried;
 mod fit;
 mod gains;
 mod late;
+mod signs;
 
 use std::ops::Range;
 
@@ -36,6 +37,7 @@ use gains::Shown;
 
 pub(super) use carried::{Carried, carried};
 pub(super) use late::late;
+pub(super) use signs::Turned;
 
 /// By how much the links' numbers must predict better to be taken: by a tenth of what is left.
 pub(super) const BETTER: f64 = 0.9;
@@ -113,6 +115,10 @@ impl Gain {
 pub(super) struct Numbers {
     /// Whether the recordings held out say so much else than those fitted that some may bear a load.
     pub(super) are_apart: bool,
+    /// Torques that have the wrong sign; nothing else is asked of them.
+    pub(super) turned: Option<Turned>,
+    /// Whether the recordings fitted are too short to tell of the joints; nothing else is asked of them then.
+    pub(super) is_too_short: bool,
     /// By which words they are not of one machine at all.
     pub(super) different: Option<String>,
     /// Others than the file's, where they are of one; then, the best first, gains of torque sensors beside which still others
@@ -132,6 +138,12 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let bodies = &model.arm.chain.bodies;
     let parts = Parts::of(bodies.len());
     let (problem, bare) = best(problems(&gap)?, &parts)?;
+    if uncertain(&problem, &bare) > 1.0 {
+        return Some(Numbers { is_too_short: true, ..Numbers::default() });
+    }
+    if let Some(turned) = Turned::of(&problem, &parts) {
+        return Some(Numbers { turned: Some(turned), ..Numbers::default() });
+    }
     let beside = [&[&parts.joints][..], &[&parts.joints, &parts.load]];
     let freed = beside.par_iter().filter_map(|list| Freed::of(&problem, bodies, &parts, list));
     let freed: Vec<Freed> = freed.collect();
@@ -157,7 +169,8 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let apart = Apart::of(&problem, &parts, left.min(plainest), &weights)?;
     let are_apart = apart.by > SOME;
     if apart.by > ANOTHER {
-        return Some(Numbers { are_apart, different: Some(apart.words(&parts)), own: None });
+        let different = Some(apart.words(&parts));
+        return Some(Numbers { are_apart, different, ..Numbers::default() });
     }
     if left > plainest {
         return Some(Numbers { are_apart, ..Numbers::default() });
@@ -173,7 +186,19 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     });
     let gains = gains.collect();
     let links = best.links(bodies, &problem.prior, left <= BETTER * plainest);
-    Some(Numbers { are_apart, different: None, own: Some((links, gains)) })
+    Some(Numbers { are_apart, own: Some((links, gains)), ..Numbers::default() })
+}
+
+/// Returns by how much the numbers of the joints, as uncertain as the motion fitted leaves them, may be wrong of what is held out, in
+/// units of what they leave of what is fitted, in squares: of the sensor in the middle, for a joint may well rest in the motion fitted.
+fn uncertain(problem: &Problem, bare: &Fit) -> f64 {
+    let sensors = problem.heldout.iter().zip(&bare.weights);
+    let of = |(held, left): (&Sums, &f64)| {
+        (&held.gram * &bare.covariance).trace() / (held.rows.max(1.0) * left)
+    };
+    let mut all: Vec<f64> = sensors.map(of).collect();
+    all.sort_by(f64::total_cmp);
+    all.get((all.len().max(1) - 1) / 2).copied().unwrap_or(0.0)
 }
 
 /// Returns the problem with the creep that fits best beside the file's bodies, and its fit of the joints.
