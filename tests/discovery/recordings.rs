@@ -271,11 +271,11 @@ fn a_torque_of_the_other_sign_is_refused() {
     assert!(error.what.starts_with("`tau_1` reads -1 times"), "{error:?}");
 }
 
-/// A second and a half of a motion was explained by effects of thousands of N·m, or was called another machine than its end.
+/// Half a second of a motion was explained by effects of thousands of N·m, or was called another machine than its end.
 #[test]
 fn a_motion_that_is_too_short_to_tell_is_refused() {
     let error = refused(|r| {
-        *r = r.split(0.97).unwrap().0;
+        *r = r.split(0.95).unwrap().0;
         r.sidecar.controller = None;
     });
     assert!(error.what.contains("too short to tell"), "{error:?}");
