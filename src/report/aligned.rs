@@ -77,7 +77,11 @@ pub fn intrinsics(fit: &Calibration, strays: &[Stray]) -> String {
     let _ = writeln!(text, "camera from {n} points in {views}");
     for stray in strays {
         let (view, point) = (&fit.views[stray.view].name, stray.point);
-        let _ = writeln!(text, "left out: point {point} of view {view}, counted from 0, off by {:.1} px", stray.off_px);
+        let _ = writeln!(
+            text,
+            "left out: point {point} of view {view}, counted from 0, off by {:.1} px",
+            stray.off_px
+        );
     }
     text.push_str(&calibrated::lens(fit));
     text

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::alignment::marks;
 use crate::discovery::vocabulary;
-use crate::execution::{script, uses};
 use crate::execution::walk::Texts as _;
+use crate::execution::{script, uses};
 use crate::language::ast::{Conditions, Item, Program, Span, Step};
 use crate::language::names_in;
 use crate::language::{Diagnostic, Library, Scope, Source, nearest};

@@ -74,6 +74,7 @@ fn intrinsics_are_told_number_by_number_with_their_deviations() {
     let scratch = Scratch::new("align-intrinsics");
     // A camera of 900 px that looks at a board which is turned by 0.4 rad in four ways.
     let mut table = "x[m],y[m],z[m],u[px],v[px],view\n".to_owned();
+    let mut moved = table.clone();
     for i in 0..4 * 54_u32 {
         let (way, k) = (f64::from(i / 54) * std::f64::consts::FRAC_PI_2 + 0.3, i % 54);
         let (bx, by) = (0.04 * f64::from(k % 9) - 0.16, 0.04 * f64::from(k / 9) - 0.10);
@@ -86,6 +87,8 @@ fn intrinsics_are_told_number_by_number_with_their_deviations() {
         let (u, v) =
             (640.0 + 900.0 * x / z + 0.1 * noise(i), 360.0 + 900.0 * y / z + 0.1 * noise(i + 99));
         let _ = writeln!(table, "{bx},{by},0,{u},{v},{}", i / 54);
+        let u = if i == 60 { u + 30.0 } else { u };
+        let _ = writeln!(moved, "{bx},{by},0,{u},{v},{}", i / 54);
     }
     scratch.file("points.csv", table);
     let args = ["align", "intrinsics", "points.csv", "--distortion", "none"];
@@ -95,5 +98,16 @@ fn intrinsics_are_told_number_by_number_with_their_deviations() {
     let fx: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
     assert!((fx - 900.0).abs() < 5.0 && line.contains(" px ± "), "{line}");
     assert!(said.out.contains("camera from 216 points in 4 views"), "{}", said.out);
+    assert!(!said.out.contains("left out"), "{}", said.out);
+    scratch.file("moved.csv", moved);
+    let left = scratch
+        .trueup(&["align", "intrinsics", "moved.csv", "--distortion", "none", "--json"])
+        .json();
+    assert_eq!(
+        (&left["outliers"][0]["view"], &left["outliers"][0]["point"]),
+        (&"1".into(), &6.into()),
+        "{left}"
+    );
+    assert!((left["fx_px"].as_f64().unwrap() - fx).abs() < 1.0, "{left}");
     assert!(said.out.contains("view 3") && !said.out.contains("covariance"), "{}", said.out);
 }

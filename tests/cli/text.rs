@@ -101,6 +101,43 @@ fn all_mistakes_of_all_files_are_told_at_once() {
     }
 }
 
+/// A condition is a line like any other; what nobody knows is no yes; an answer that goes nowhere is no answer.
+#[test]
+fn a_line_asks_and_an_answer_that_is_lost_is_told() {
+    let scratch = Scratch::new("line-asks");
+    let said = scratch.trueup(&["-c", "distance(jar, cup) < 5 cm"]);
+    assert_eq!(said.code, 1, "{said:?}");
+    assert!(said.out.contains("unknown") && !said.err.contains("syntax"), "{said:?}");
+    let said = scratch.trueup(&["-c", ":objects", "--json"]);
+    assert_eq!((said.code, said.error("code").as_str()), (2, "usage"), "{said:?}");
+    #[cfg(target_os = "linux")]
+    {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let mut command = scratch.command(&["graph", "pour(jar, cup)"]);
+        let lost = command.stdout(full).stderr(std::process::Stdio::piped()).spawn().unwrap();
+        let lost = lost.wait_with_output().unwrap();
+        let told = String::from_utf8_lossy(&lost.stderr);
+        assert_eq!(lost.status.code(), Some(2), "{told}");
+        assert!(told.contains("could not be written"), "{told}");
+    }
+}
+
+#[test]
+fn what_a_run_would_refuse_is_told_by_check() {
+    let scratch = Scratch::new("check-refused");
+    let either = "task t() { either a prior 0 { look() } or b prior 0 { look() } }\n";
+    scratch.file("broken.rhai", "let x = ;\n");
+    scratch.file(
+        "wave.task",
+        "import \"broken.rhai\"\naction wave() { run \"broken.rhai\" limit 5 s }\n",
+    );
+    let wave = scratch.trueup(&["check", "wave.task"]);
+    assert!(wave.code != 0 && wave.out.contains("the script cannot be read"), "{wave:?}");
+    scratch.file("zero.task", either);
+    let zero = scratch.trueup(&["check", "zero.task"]);
+    assert!(zero.code != 0 && zero.out.contains("every prior here is 0"), "{zero:?}");
+}
+
 #[test]
 fn too_few_dots_for_a_camera_are_told_before_a_run() {
     let scratch = Scratch::new("check-dots");

@@ -108,9 +108,29 @@ pub(super) fn plain(args: &GapArgs, map: &Map) -> Result<Vec<Recording>, Failure
     read_all(args, map).map(flat)
 }
 
-/// Reads what each file holds: one recording, or several whose clocks start again.
+/// Reads what each file holds: one recording, or several whose clocks start again. Of several runs those that ended before
+/// the arm moved are left out, with a note.
 fn read_all(args: &GapArgs, map: &Map) -> Result<Vec<Vec<Recording>>, Failure> {
-    args.recordings.iter().map(|path| recordings_at(path, map)).collect()
+    let (still, moved): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        args.recordings.iter().partition(|path| is_still(path));
+    if moved.is_empty() {
+        return still.into_iter().map(|path| recordings_at(path, map)).collect();
+    }
+    let mut files: Vec<Vec<Recording>> =
+        moved.into_iter().map(|path| recordings_at(path, map)).collect::<Result<_, _>>()?;
+    let notes = still
+        .iter()
+        .map(|path| format!("{} is left out: the run ended before the arm moved", path.display()));
+    if let Some(first) = files.iter_mut().flatten().next() {
+        first.notes.extend(notes);
+    }
+    Ok(files)
+}
+
+/// Whether a folder is a run without a single row of the arm.
+fn is_still(path: &Path) -> bool {
+    let text = path.is_dir().then(|| std::fs::read_to_string(path.join("arm.csv")));
+    text.is_some_and(|text| text.is_ok_and(|text| text.lines().count() < 2))
 }
 
 /// The recordings of all files in a row; where files hold several, it is said which one is held out.
