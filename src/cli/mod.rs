@@ -62,7 +62,7 @@ use std::process::ExitCode;
 
 use clap::{FromArgMatches as _, Parser, Subcommand};
 
-use crate::report::{self, Failure, Style, panics};
+use crate::report::{Failure, Style, panics, unwritten_answer};
 
 pub use crate::report::exit::Exit;
 use shared::Shared;
@@ -214,7 +214,7 @@ pub fn main() -> ExitCode {
         }
     };
     // A thread by itself may have failed beside all that, or the answer may be lost, so this is said beside it.
-    let beside = [panics::uncaught(), report::unwritten_answer()].into_iter().flatten();
+    let beside = [panics::uncaught(), unwritten_answer()].into_iter().flatten();
     ExitCode::from(beside.fold(told, |told, failure| {
         Style { json: false, ..style }.failure(&failure);
         failure.exit().max(told)
