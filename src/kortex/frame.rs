@@ -30,7 +30,7 @@ const VERSION: u32 = 1;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
     /// The stream is not Kortex, or has lost step.
-    #[error("{}", foreign(.0))]
+    #[error("{}", foreign(*.0))]
     Magic([u8; 8]),
     /// The stream announces more than any controller sends.
     #[error("a frame of {0} bytes was announced; the longest is {LONGEST} bytes")]
@@ -52,8 +52,8 @@ pub enum FrameError {
 }
 
 /// Words the beginning of what is no frame: as text where it is text, which another server's answer often is.
-fn foreign(bytes: &[u8; 8]) -> String {
-    match std::str::from_utf8(bytes) {
+fn foreign(bytes: [u8; 8]) -> String {
+    match std::str::from_utf8(&bytes) {
         Ok(text) if text.chars().all(|c| !c.is_control() || c.is_whitespace()) => {
             format!("what answers there is no Kortex controller; it begins with `{}`", text.trim())
         }

@@ -148,9 +148,11 @@ fn kept(kept: usize, outliers: &[usize]) -> String {
 fn matrix(name: &str, rows: impl Iterator<Item = Vec<f64>>) -> String {
     let mut text = String::new();
     for (i, row) in rows.enumerate() {
-        let numbers: String = row.iter().map(|x| format!(" {x:>14.8}")).collect();
-        let name = if i == 0 { name } else { "" };
-        let _ = writeln!(text, "  {name:<2}{numbers}");
+        let _ = write!(text, "  {:<2}", if i == 0 { name } else { "" });
+        for x in row {
+            let _ = write!(text, " {x:>14.8}");
+        }
+        text.push('\n');
     }
     text
 }

@@ -1,10 +1,7 @@
 //! A planning problem, as `robot plan` is given it: JSON → start, goals and what stands in the way.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 use super::rows::FARTHEST;
 use crate::language::nearest;
@@ -76,7 +73,8 @@ impl Problem {
         let said = |error: serde_json::Error| Error::Input {
             what: format!("not a planning problem: {error}"),
         };
-        let keys: BTreeMap<String, IgnoredAny> = serde_json::from_str(text).map_err(said)?;
+        let keys: serde_json::Map<String, serde_json::Value> =
+            serde_json::from_str(text).map_err(said)?;
         check_keys(&keys.keys().collect::<Vec<_>>(), &["start", "goals", "obstacles", "margin_m"])?;
         serde_json::from_str(text).map_err(said)
     }
