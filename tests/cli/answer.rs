@@ -28,7 +28,10 @@ fn rows_are_read_with_and_without_a_header() {
     assert_eq!(named, vec![vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]]);
     let degrees = "q_1[deg],q_2[deg],q_3[deg],q_4[deg],q_5[deg],q_6[deg],q_7\n180,90,0,0,0,0,1\n";
     let turned = joint_rows(&robot, degrees).unwrap().remove(0);
-    assert!((turned[0] - std::f64::consts::PI).abs() < 1e-15 && turned[6] == 1.0, "{turned:?}");
+    assert!(
+        (turned[0] - std::f64::consts::PI).abs() < 1e-15 && (turned[6] - 1.0).abs() < 1e-15,
+        "{turned:?}"
+    );
     let poses = pose_rows("x[mm],y[mm],z[m],qw,qx,qy,qz\n400,0,0.3,1,0,0,0").unwrap();
     assert!((poses[0].origin().x - 0.4).abs() < 1e-15);
     let reference = joint_rows(&robot, include_str!("../motion/reference.csv")).unwrap();
