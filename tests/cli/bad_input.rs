@@ -116,7 +116,7 @@ const CASES: &[Case] = &[
         2,
         "task::point",
         "heights are measured",
-        "robot gen3_2f85",
+        "write `at (0.5 m, 0 m)`",
     ),
     // Camera.
     case(&["camera", "calibrate", "tiny.png"], 2, "usage", "--board", ""),

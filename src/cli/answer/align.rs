@@ -249,8 +249,9 @@ pub struct IntrinsicsAnswer {
     pub noise_px: f64,
     /// The views.
     pub views: Vec<ViewAnswer>,
-    /// Points left out; empty where none is.
-    pub outliers: Vec<StrayAnswer>,
+    /// Points left out, where they were looked for; empty where none is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outliers: Option<Vec<StrayAnswer>>,
     /// The lever, where extrinsics were given.
     pub leverage: Option<LeverageAnswer>,
     /// Covariance in the order of `parameters`.
@@ -268,7 +269,7 @@ impl IntrinsicsAnswer {
             point: stray.point,
             off_px: stray.off_px,
         };
-        Self { outliers: strays.iter().map(one).collect(), ..self }
+        Self { outliers: Some(strays.iter().map(one).collect()), ..self }
     }
 }
 
@@ -317,7 +318,7 @@ impl From<&Calibration> for IntrinsicsAnswer {
                     turned_rad: v.turned_rad,
                 })
                 .collect(),
-            outliers: Vec::new(),
+            outliers: None,
             leverage: fit
                 .leverage
                 .map(|l| LeverageAnswer { std_x_over_z: l.std_x, std_y_over_z: l.std_y }),

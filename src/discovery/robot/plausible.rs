@@ -84,7 +84,7 @@ pub(in super::super) fn check_clock(recording: &Recording, n: usize) -> Result<(
     let speeds = group("dq", Dimension::ANGULAR_SPEED).unwrap_or_default();
     let follows = |joint: &usize| {
         let own = speeds.get(*joint)?;
-        let own = &own[1..own.len() - 1];
+        let own = own.get(1..own.len().saturating_sub(1))?;
         let changes = changes(time, &angles[*joint]);
         (cosine(&changes, own) > ALIKE).then(|| (*joint, norm(own) / norm(&changes).max(1e-300)))
     };
