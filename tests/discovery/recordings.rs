@@ -275,7 +275,7 @@ fn a_torque_of_the_other_sign_is_refused() {
 #[test]
 fn a_motion_that_is_too_short_to_tell_is_refused() {
     let error = refused(|r| {
-        *r = r.split(0.95).unwrap().0;
+        *r = r.split(0.9).unwrap().0;
         r.sidecar.controller = None;
     });
     assert!(error.what.contains("too short to tell"), "{error:?}");

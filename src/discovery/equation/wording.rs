@@ -68,7 +68,7 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
 pub(super) fn refused(train: f64, heldout: f64, least: f64) -> String {
     let [train, heldout] = [train, heldout].map(|part| percent(part.max(0.0)));
     if train == heldout && train == percent(0.0) {
-        return "; no formula explains any of it".into();
+        return "; no formula explains any of it, and none is given".into();
     }
     let least = percent(least);
     if train == heldout {

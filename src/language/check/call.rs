@@ -279,7 +279,8 @@ pub(super) fn slot(param: &Param) -> Slot<'_> {
 
 /// Returns a call with no more than `n` arguments.
 fn without_extra(call: &Call, n: usize) -> Call {
-    Call { args: call.args.iter().take(n).cloned().collect(), ..call.clone() }
+    let args = call.args.iter().take(n).cloned().collect();
+    Call { name: call.name.clone(), args, span: call.span }
 }
 
 pub(super) fn signature(name: &str, slots: &[Slot]) -> String {
