@@ -137,8 +137,13 @@ fn a_problem_that_cannot_be_solved_or_read_says_why() {
     let answer = to_value(answer).unwrap();
     assert_eq!(answer["found"], false);
     assert!(answer["reason"].as_str().unwrap().contains("goal is in collision"), "{answer}");
-    // Free by 8 cm, and asked for 30: a margin is kept, and one that cannot be is told.
+    // A margin is kept all the way, and one that cannot be is told.
     let mut wide = problem();
+    wide["margin_m"] = json!(0.03);
+    let kept = Problem::parse(&wide.to_string()).unwrap();
+    let kept =
+        plan(&robot, &kept, Means::default(), &Settings::default(), &run, &mut clock()).unwrap();
+    assert!(to_value(kept).unwrap()["min_clearance_m"].as_f64().unwrap() >= 0.03);
     wide["margin_m"] = json!(0.3);
     let wide = Problem::parse(&wide.to_string()).unwrap();
     let answer =
