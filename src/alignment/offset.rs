@@ -158,6 +158,12 @@ impl OffsetFit {
         apply(&self.d, real)
     }
 
+    /// Returns whether `D` turns a right hand into a left one, as no arm does: its Jacobian's determinant, `det D / w⁴`, is
+    /// negative.
+    pub fn is_mirrored(&self) -> bool {
+        self.d.determinant() < 0.0
+    }
+
     /// Returns `D⁻¹`, real from said.
     ///
     /// # Errors

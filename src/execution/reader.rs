@@ -26,8 +26,8 @@ impl Facts for BodyFacts<'_> {
         self.0.borrow_mut().body().contact(a, b)
     }
 
-    fn reachable(&self, o: &str, _face: Option<&str>) -> Option<Fact> {
-        let reach = self.0.borrow_mut().reachable(o);
+    fn reachable(&self, o: &str, face: Option<&str>) -> Option<Fact> {
+        let reach = self.0.borrow_mut().reachable(o, face);
         let margin = match &reach {
             Err(NoWay { why: Why::OutOfReach { nearest }, .. }) => {
                 Some(Quantity { value: -nearest, dimension: Dimension::LENGTH })

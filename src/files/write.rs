@@ -55,8 +55,9 @@ fn put(path: &Path, content: &[u8], is_synced: bool) -> io::Result<()> {
         // A new file is what `File::create` makes, less what the user's mask takes away.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut half = builder.tempfile_in(&dir)?;
-    // The file itself: what is around it would tell of the name that nobody gave.
+    // Of what goes wrong the kind, and of the file itself what it says: what is around them would tell of the name that nobody
+    // gave.
+    let mut half = builder.tempfile_in(&dir).map_err(|error| io::Error::from(error.kind()))?;
     half.as_file_mut().write_all(content)?;
     if let Some(facts) = known {
         half.as_file().set_permissions(facts.permissions())?;

@@ -417,4 +417,20 @@ mod tests {
         streams.dedup();
         assert_eq!(streams.len(), 20_000);
     }
+
+    /// What is put down comes after what is drawn in the scene; the jar was drawn as if nothing were there.
+    #[test]
+    fn what_is_drawn_stays_clear_of_what_is_put() {
+        let mut scene = scene();
+        let can = Object { name: "can".into(), ..scene.objects[0].clone() };
+        scene.objects.push(can);
+        let mut settings = LabSettings::default();
+        let can = Spot { x_m: 0.6, y_m: -0.1, yaw_rad: 0.0 };
+        settings.placement.fixed.insert("can".into(), can);
+        let apart = 2.0 * scene.objects[0].shape.outer_radius();
+        for seed in 0..100 {
+            let [x, y, _] = truth::places(&scene, &settings, seed).unwrap()[0];
+            assert!((x - can.x_m).hypot(y - can.y_m) > apart, "seed {seed}");
+        }
+    }
 }

@@ -250,7 +250,11 @@ fn exposure(sensor: &Sensor, on: Switches, seed: u64) -> Exposure {
 
 /// Puts the objects on the table one after another, all again when the last find no place. A crowd that does not go
 /// where the settings would have it is put closer together and farther round.
-fn places(scene: &Scene, settings: &LabSettings, seed: u64) -> Result<Vec<[f64; 3]>, Error> {
+pub(super) fn places(
+    scene: &Scene,
+    settings: &LabSettings,
+    seed: u64,
+) -> Result<Vec<[f64; 3]>, Error> {
     // With one wish. Chosen: a try is a few draws, so that even all of them are soon over.
     const TRIES: usize = 20_000;
     /// How often the wish is loosened: after four times things stand within 41 % of their distance.
@@ -297,13 +301,18 @@ fn places(scene: &Scene, settings: &LabSettings, seed: u64) -> Result<Vec<[f64; 
             } else {
                 yaw
             };
+            let touching =
+                |other: &Object| object.shape.outer_radius() + other.shape.outer_radius() + 0.01;
             let clear = scene.objects[..k].iter().zip(&places).all(|(other, &[ox, oy, _])| {
                 let apart = (x - ox).hypot(y - oy);
-                let touching = object.shape.outer_radius() + other.shape.outer_radius();
                 ox.is_nan()
-                    || (apart >= wish.apart_m[0].max(touching + 0.01) && apart <= wish.apart_m[1])
+                    || (apart >= wish.apart_m[0].max(touching(other)) && apart <= wish.apart_m[1])
             });
-            if !clear || !stands(scene, object, x, y, wish.edge_m, wish.mark_m) {
+            let clear_of_fixed = scene.objects[k..].iter().all(|other| {
+                let spot = wish.fixed.get(&other.name);
+                spot.is_none_or(|spot| (x - spot.x_m).hypot(y - spot.y_m) >= touching(other))
+            });
+            if !clear || !clear_of_fixed || !stands(scene, object, x, y, wish.edge_m, wish.mark_m) {
                 continue 'again;
             }
             places.push([x, y, yaw]);

@@ -9,6 +9,10 @@ use crate::alignment::intrinsics::Calibration;
 use crate::alignment::intrinsics::strays::Stray;
 use crate::alignment::offset::{Known, OffsetFit};
 
+/// Of an offset that no arm has.
+pub const MIRRORED: &str = "the points said are the real ones seen in a mirror, which no arm does: are two columns exchanged, such as \
+     xs and ys, or is one of the other sign?";
+
 /// Words regression 1: `compared` are its forms side by side, `grid` says how far it is known over the twin's picture.
 pub fn map(
     fit: &MapFit,
@@ -126,6 +130,9 @@ pub fn offset(fit: &OffsetFit, n: usize, asked: &[Known]) -> String {
     text.push_str(&forms(
         each.map(|c| (c.model.name(), off(c.rms_m), c.leave_one_out_m.map(off), c.evidence)),
     ));
+    if fit.is_mirrored() {
+        let _ = writeln!(text, "beware: {MIRRORED}");
+    }
     text
 }
 

@@ -126,6 +126,24 @@ fn all_but_one_on_a_line_is_told_as_hardly_determined_or_refused() {
     }
 }
 
+/// No two cameras over one table see each other's picture in a mirror; exchanged columns fit as well as the right ones.
+#[test]
+fn exchanged_columns_are_told_as_a_mirror() {
+    let pairs = seen(grid((20.0, 20.0), (980.0, 780.0)), 0.5, 3);
+    assert_eq!(codes(&pairs), [""; 0]);
+    let swapped: Vec<Pair> = pairs
+        .iter()
+        .map(|pair| Pair { real: Pixel::new(pair.real.v, pair.real.u), ..*pair })
+        .collect();
+    assert_eq!(codes(&swapped), ["mirrored"]);
+    // Turned upside down is no mirror.
+    let turned: Vec<Pair> = pairs
+        .iter()
+        .map(|pair| Pair { real: Pixel::new(SIZE.x - pair.real.u, SIZE.y - pair.real.v), ..*pair })
+        .collect();
+    assert_eq!(codes(&turned), [""; 0]);
+}
+
 #[test]
 fn pairs_at_random_are_told_from_pairs_that_agree() {
     let mut random = StdRng::seed_from_u64(5);

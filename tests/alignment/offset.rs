@@ -79,6 +79,22 @@ fn auto_picks_the_form_that_made_the_data() {
 }
 
 #[test]
+fn exchanged_columns_and_turned_signs_are_told_as_a_mirror() {
+    let data = pairs(&planted(Model::Rigid), 20, 0.001, false, 4);
+    let told = |change: fn(Vector3<f64>) -> Vector3<f64>| {
+        let changed: Vec<Pair> =
+            data.iter().map(|pair| Pair { said: change(pair.said), ..*pair }).collect();
+        fit_offset(&changed, Model::Auto, &Options::default()).unwrap().is_mirrored()
+    };
+    assert!(!told(|p| p));
+    assert!(told(|p| Vector3::new(p.y, p.x, p.z)));
+    assert!(told(|p| Vector3::new(p.x, -p.y, p.z)));
+    // Another frame of the same hand is none.
+    assert!(!told(|p| Vector3::new(p.y, p.z, p.x)));
+    assert!(!told(|p| Vector3::new(-p.x, -p.y, p.z)));
+}
+
+#[test]
 fn planted_outliers_are_the_rows_named() {
     let mut data = pairs(&planted(Model::Rigid), 20, 0.0005, false, 4);
     data[3].said.z += 0.05;

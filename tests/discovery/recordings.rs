@@ -289,6 +289,29 @@ fn a_motion_that_is_too_short_to_tell_is_refused() {
         r.columns.retain(|c| !c.name.starts_with("q_cmd"));
     });
     assert!(error.what.starts_with("too little motion to tell"), "{error:?}");
+    assert!(error.what.ends_with("fitted"), "{error:?}");
+}
+
+/// Two seconds of a real arm, of which the last stood still, were explained by twelve effects.
+#[test]
+fn what_is_held_out_has_to_move_too() {
+    let mut recordings = [recording("coulomb_a"), recording("coulomb_b")];
+    for r in &mut recordings {
+        r.sidecar.controller = None;
+        r.columns.retain(|c| !c.name.starts_with("q_cmd"));
+    }
+    for column in recordings[1].columns.iter_mut().filter(|c| c.name.starts_with("q_")) {
+        column.values.fill(0.3);
+    }
+    for column in recordings[1].columns.iter_mut().filter(|c| c.name.starts_with("dq_")) {
+        column.values.fill(0.0);
+    }
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    let error = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap_err();
+    assert!(error.what.starts_with("too little motion to tell"), "{error:?}");
+    assert!(error.what.ends_with("held out"), "{error:?}");
+    assert!(error.help.contains("poses at rest"), "{error:?}");
 }
 
 #[test]

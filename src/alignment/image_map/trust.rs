@@ -96,6 +96,8 @@ pub enum Warning {
         /// Logarithm to base 10 of how many such agreements random pairs would give.
         log_expected: f64,
     },
+    /// The real picture is the twin's seen in a mirror.
+    Mirrored,
 }
 
 /// So many noises are a warning: a map ten times as unsure as one of its points has lost a digit.
@@ -146,7 +148,24 @@ impl MapFit {
             found.extend(self.away(&kept, size, on_a_line.is_some()));
         }
         found.extend(self.near_the_horizon(&kept, size));
+        // What is made of noise may be turned over by it.
+        let is_noise =
+            |w: &Warning| matches!(w.code(), "on_a_line" | "hardly_determined" | "by_chance");
+        if !found.iter().any(is_noise) && self.is_mirrored(&kept) {
+            found.push(Warning::Mirrored);
+        }
         found
+    }
+
+    /// Whether the map turns the picture over at its points: its Jacobian's determinant, `det M / w³`, is negative. Two cameras
+    /// that look at the same side of a table never differ so.
+    fn is_mirrored(&self, kept: &[Pair]) -> bool {
+        self.m.determinant() * self.weight_at(centre(kept)) < 0.0
+    }
+
+    /// Returns the homogeneous coordinate of the image of a twin pixel.
+    fn weight_at(&self, twin: Vector2<f64>) -> f64 {
+        self.m[(2, 0)] * twin.x + self.m[(2, 1)] * twin.y + self.m[(2, 2)]
     }
 
     /// Whether pairs at random would agree as well: the number of false alarms of a map that keeps `k` of `n` pairs within
@@ -208,10 +227,7 @@ impl MapFit {
         if share > 0.0 {
             found.push(Warning::Horizon { share });
         }
-        let n = kept.len().max(1) as f64;
-        let centre =
-            kept.iter().map(|p| Vector2::new(p.twin.u, p.twin.v)).sum::<Vector2<f64>>() / n;
-        let w = self.m[(2, 0)] * centre.x + self.m[(2, 1)] * centre.y + 1.0;
+        let w = self.weight_at(centre(kept));
         if w.recip().abs() < CORNER {
             found.push(Warning::CornerNearZero { ratio: w.recip() });
         }
@@ -223,6 +239,12 @@ impl MapFit {
 pub fn reached(pairs: &[Pair]) -> Vector2<f64> {
     let (_, high) = bounds(pairs.iter().map(|p| p.twin));
     high.map(|side| side.max(1.0).ceil())
+}
+
+/// Returns the centre of the twin's points, px.
+fn centre(pairs: &[Pair]) -> Vector2<f64> {
+    let all = pairs.iter().map(|p| Vector2::new(p.twin.u, p.twin.v));
+    all.sum::<Vector2<f64>>() / pairs.len().max(1) as f64
 }
 
 fn bounds(pixels: impl Iterator<Item = Pixel>) -> (Vector2<f64>, Vector2<f64>) {

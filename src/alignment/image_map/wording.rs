@@ -16,6 +16,7 @@ impl Warning {
             Self::Horizon { .. } => "horizon",
             Self::CornerNearZero { .. } => "corner_near_zero",
             Self::ByChance { .. } => "by_chance",
+            Self::Mirrored => "mirrored",
         }
     }
 }
@@ -79,6 +80,10 @@ impl fmt::Display for Warning {
                 f,
                 "{kept} of {given} pairs agree, no more than pairs at random would (10^{log_expected:.0} such agreements are \
                  expected of chance): check that the rows are paired rightly"
+            ),
+            Self::Mirrored => f.write_str(
+                "the real picture is the twin's seen in a mirror, as no two cameras over one table see it: are two columns \
+                 exchanged, such as u_x and u_y?"
             ),
         }
     }

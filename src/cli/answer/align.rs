@@ -10,6 +10,7 @@ use crate::alignment::image_map::{Compared, Grid, MapFit, Warning};
 use crate::alignment::intrinsics::strays::Stray;
 use crate::alignment::intrinsics::{Calibration, NAMES};
 use crate::alignment::offset::{Known, OffsetFit};
+use crate::report::aligned::MIRRORED;
 use crate::world::{LensModel, Pose, frame};
 
 /// The row predicted worst from all others.
@@ -36,13 +37,20 @@ pub struct MapCompared {
     pub evidence: f64,
 }
 
-/// What to beware of, regression 1.
+/// What to beware of.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WarningAnswer {
     /// Its name, such as `small_patch`.
     pub code: &'static str,
     /// In words.
     pub message: String,
+}
+
+impl WarningAnswer {
+    /// Of an offset that no arm has.
+    fn mirrored() -> Self {
+        Self { code: "mirrored", message: MIRRORED.into() }
+    }
 }
 
 /// How far the map is known over the twin's picture.
@@ -383,6 +391,8 @@ pub struct OffsetAnswer {
     pub outliers: Vec<usize>,
     /// What the points leave free; it keeps the value of "no offset".
     pub unobservable: Vec<String>,
+    /// What a person should know before relying on it.
+    pub warnings: Vec<WarningAnswer>,
     /// How far the offset is known, among the points and away from them; nothing without redundancy.
     pub known: Vec<KnownAnswer>,
     /// The forms side by side.
@@ -400,6 +410,7 @@ impl From<&OffsetFit> for OffsetAnswer {
             worst: fit.worst.map(|(row, error)| Worst { row, error }),
             outliers: fit.outliers.clone(),
             unobservable: fit.unobservable.clone(),
+            warnings: fit.is_mirrored().then(WarningAnswer::mirrored).into_iter().collect(),
             known: fit.known().iter().map(KnownAnswer::from).collect(),
             compared: fit
                 .compared

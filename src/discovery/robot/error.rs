@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::fmt::{self, Display};
 
 use crate::discovery::recording;
+use crate::discovery::selection::Set;
 use crate::motion;
 use crate::units::{Dimension, significant};
 
@@ -195,12 +196,14 @@ pub enum Misfit {
     },
     /// Recordings of an arm that stands.
     #[error(
-        "too little motion to tell: no joint turns by more than {} rad in what is fitted",
-        significant(*.most, 2)
+        "too little motion to tell: no joint turns by more than {} rad in what is {}",
+        significant(*.most, 2), if *.set == Set::Train { "fitted" } else { "held out" }
     )]
     HardlyMoves {
         /// The furthest that a joint turns, rad.
         most: f64,
+        /// Where.
+        set: Set,
     },
     /// Recordings whose motion tells less than what would have to be told.
     #[error(

@@ -423,10 +423,10 @@ impl ActionContext {
         self.setting.watcher.lock().unwrap_or_else(PoisonError::into_inner).event(event);
     }
 
-    /// Returns how the arm can get at `o`: nothing, or why not.
-    pub fn reachable(&mut self, o: &str) -> Result<(), NoWay> {
+    /// Returns how the arm can get at `o`, from a face where one is named: nothing, or why not.
+    pub fn reachable(&mut self, o: &str, face: Option<&str>) -> Result<(), NoWay> {
         match self.planner() {
-            Ok(planner) => planner.reachable(o),
+            Ok(planner) => planner.reachable(o, face),
             // An arm that does not answer is a device error the next step will tell.
             Err(_) => Ok(()),
         }

@@ -216,7 +216,7 @@ impl Planner {
     }
 
     /// Returns the lowest that the tool may be over the table with the hand pitched down by `pitch` rad, m.
-    fn lowest(&self, pitch: f64) -> f64 {
+    pub(super) fn lowest(&self, pitch: f64) -> f64 {
         let robot = self.robot();
         if pitch < STEEP {
             robot.palm().map_or(0.0, |palm| palm.half_height) + UNDER_PALM

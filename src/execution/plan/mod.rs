@@ -14,6 +14,7 @@ mod hollow;
 mod place;
 mod pour;
 mod push;
+mod reachable;
 mod roadmap;
 mod straight;
 mod turn;
@@ -40,7 +41,6 @@ use crate::trace::{FARTHEST_TOLD, NoWay, Over, Why};
 
 use super::cell::Cell;
 use follow::follow;
-use grip::SHARES_UP;
 
 pub use felt::{force_at, force_of, gravity_torque, mass_of};
 pub use grasp::{Grasp, distance, side_pose};
@@ -93,19 +93,6 @@ const SWEEP: usize = 24;
 /// a joint by about 0.01 rad, far below [`JUMP`]. Chosen: with half of it every straight line costs twice as much to
 /// check; a jaw is 14 mm thick, and with twice as much it could be 5 mm deep in something between two looks.
 const STRAIGHT_STEP: f64 = 0.005;
-/// How high over its base an object must be reached to count as reachable: low as for taking it, as a share of its
-/// height (the first share at which it is grasped), and high as for pouring over it, m above its top. Chosen: a
-/// source that is held at 0.6 of 14 cm over a rim with 5 cm of room has the hand 13 cm above it. With half of it a
-/// source would have to be held near its base; with twice as much what a low source can fill is called out of reach.
-const TAKEN_AT: f64 = SHARES_UP[0];
-const POURED_OVER: f64 = 0.12;
-/// Directions from which a hand is tried to reach: 45 deg apart. Chosen: joint 7 and joint 1 are continuous, and what
-/// is reached from one direction is so from those some 40 deg beside it; four leave gaps, sixteen cost twice as much.
-const REACHED_FROM: i32 = 8;
-/// An object whose size nobody knows is taken to be this high, m: what a cup is. Objects of the scene have a size, so
-/// that it matters to none of them.
-const UNKNOWN_HEIGHT: f64 = 0.1;
-
 /// What is in the hand may be off by so much, m: things put on others by a hand were 8 to 19 mm off (`docs/results.md`), and a
 /// jar that was led over the rim of a cup at less caught it and pulled it over.
 const SLID: f64 = 0.010;
@@ -363,33 +350,6 @@ impl Planner {
             Ok(path) => Ok(Way { out, on: path.corners }),
             Err(error) => Err(NoWay { what: "to get there".to_owned(), why: error.into() }),
         }
-    }
-
-    /// Returns whether the arm can get at an object: between its fingers, or over it when it is too wide.
-    ///
-    /// # Errors
-    ///
-    /// How far out of reach it is.
-    pub fn reachable(&self, o: &str) -> Result<(), NoWay> {
-        let what = format!("to reach `{o}`");
-        let origin = self.pose(o, &what)?.origin();
-        let height =
-            self.cell.scene.object(o).map_or(UNKNOWN_HEIGHT, |object| object.shape.height());
-        let mut nearest = f64::INFINITY;
-        // Level grasps all round, low as for taking it and high as for pouring over it.
-        for up in [TAKEN_AT * height, height + POURED_OVER] {
-            for turn in 0..REACHED_FROM {
-                let heading = origin.y.atan2(origin.x)
-                    + f64::from(turn) * std::f64::consts::TAU / f64::from(REACHED_FROM);
-                let pose = side_pose(origin + Vector3::z() * up, heading, 0.0);
-                self.goes_on(REACHING, 0).map_err(|why| NoWay { what: what.clone(), why })?;
-                match self.reach(&pose, &self.q) {
-                    Ok(_) => return Ok(()),
-                    Err(shortfall) => nearest = nearest.min(shortfall),
-                }
-            }
-        }
-        Err(NoWay { what, why: Why::OutOfReach { nearest } })
     }
 
     /// Returns whether the limits let a dense path pass: a smooth curve through points that keep inside a joint's

@@ -73,6 +73,24 @@ pub(super) fn ball(o: Vector3<f64>, d: Vector3<f64>, radius: f64) -> Option<Span
     Some(Span { enter: middle - reach, enter_face: SIDE, leave: middle + reach, leave_face: SIDE })
 }
 
+/// Returns where a line is inside an endless cylinder about z: along the axis everywhere or nowhere.
+#[inline]
+fn endless(o: Vector3<f64>, d: Vector3<f64>, radius: f64) -> Option<(f64, f64)> {
+    let a = d.x * d.x + d.y * d.y;
+    if a < 1e-12 * d.z * d.z {
+        let is_inside = o.x * o.x + o.y * o.y <= radius * radius;
+        return is_inside.then_some((f64::NEG_INFINITY, f64::INFINITY));
+    }
+    let middle = -(o.x * d.x + o.y * d.y) / a;
+    let (x, y) = (o.x + middle * d.x, o.y + middle * d.y);
+    let left = radius * radius - x * x - y * y;
+    if left <= 0.0 {
+        return None;
+    }
+    let reach = (left / a).sqrt();
+    Some((middle - reach, middle + reach))
+}
+
 #[inline]
 pub(super) fn cylinder(
     o: Vector3<f64>,
@@ -81,22 +99,8 @@ pub(super) fn cylinder(
     bottom: f64,
     top: f64,
 ) -> Option<Span> {
-    let a = d.x * d.x + d.y * d.y;
-    let mut span = if a < 1e-18 {
-        if o.x * o.x + o.y * o.y > radius * radius {
-            return None;
-        }
-        Span { enter: f64::NEG_INFINITY, enter_face: 0, leave: f64::INFINITY, leave_face: 0 }
-    } else {
-        let middle = -(o.x * d.x + o.y * d.y) / a;
-        let (x, y) = (o.x + middle * d.x, o.y + middle * d.y);
-        let left = radius * radius - x * x - y * y;
-        if left <= 0.0 {
-            return None;
-        }
-        let reach = (left / a).sqrt();
-        Span { enter: middle - reach, enter_face: SIDE, leave: middle + reach, leave_face: SIDE }
-    };
+    let (enter, leave) = endless(o, d, radius)?;
+    let mut span = Span { enter, enter_face: SIDE, leave, leave_face: SIDE };
     if d.z.abs() < 1e-12 {
         return (o.z >= bottom && o.z <= top).then_some(span);
     }
@@ -196,20 +200,8 @@ pub(super) fn capsule(
     if top - bottom < 1e-12 {
         return at(bottom);
     }
-    let a = d.x * d.x + d.y * d.y;
-    let (enter, leave) = if a < 1e-12 * d.z * d.z {
-        // Along the axis: in through the ball it comes to first, out through the other.
-        (f64::NEG_INFINITY, f64::INFINITY)
-    } else {
-        let middle = -(o.x * d.x + o.y * d.y) / a;
-        let (x, y) = (o.x + middle * d.x, o.y + middle * d.y);
-        let left = radius * radius - x * x - y * y;
-        if left <= 0.0 {
-            return None;
-        }
-        let reach = (left / a).sqrt();
-        (middle - reach, middle + reach)
-    };
+    // A line along the axis goes in through the ball it comes to first, and out through the other.
+    let (enter, leave) = endless(o, d, radius)?;
     let end = |t: f64, pick: fn(Span) -> f64| {
         let z = o.z + t * d.z;
         if z < bottom {
