@@ -302,6 +302,12 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
             Failure::no("align::failed", words)
                 .help("print more dots, spread over the table, and write their centres into the scene's `marks`")
         }
+        Error::Calibrate(calibrate::Error::Unseen { .. } | calibrate::Error::NoMarker) => {
+            Failure::no("align::failed", words).help(
+                "is the ball on the link, at the place, of the size and colour that `[marker]` of the robot's `robot.toml` says, on a \
+                 side the camera sees? `--without-regression 3` does without it",
+            )
+        }
         Error::Calibrate(_) => Failure::no("align::failed", words)
             .help("is the table in the picture, and do its dots match the scene's `marks`?"),
         Error::NotSeen(object) => Failure::no("camera::not_seen", words)
