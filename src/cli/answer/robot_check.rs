@@ -3,6 +3,7 @@
 //! A robot in, findings out; every finding that is not in order says what to write. What is checked is what the other
 //! layers ask of a robot: no rule of theirs is repeated here, they are asked.
 
+use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
 use nalgebra::{Isometry3, Vector3};
@@ -446,21 +447,28 @@ impl List<'_> {
         world.ignore(&robot.links()[0].name, "table");
         world.set_opening(robot.max_opening());
         let near = robot.pose("home").unwrap_or_default().to_vec();
-        let (mut tried, mut reached) = (0, 0);
-        for distance in DISTANCES {
-            for pitch in PITCHES {
-                let tool = side_pose(Vector3::new(distance, 0.0, HEIGHT), 0.0, pitch);
-                let base_from_tip = tool.isometry() * robot.flange_from_tool().inverse().isometry();
-                let target: Pose<Base, Flange> = Pose::new(base_from_tip);
-                tried += 1;
-                let free = |q: &[f64]| world.free(q);
-                reached += i32::from(solver.solve(&target, &Options::first(&near), &free).is_ok());
-            }
-        }
-        let found = format!(
+        let free = |q: &[f64]| world.free(q);
+        let reaches = |distance: f64, pitch: f64| {
+            let tool = side_pose(Vector3::new(distance, 0.0, HEIGHT), 0.0, pitch);
+            let base_from_tip = tool.isometry() * robot.flange_from_tool().inverse().isometry();
+            let target: Pose<Base, Flange> = Pose::new(base_from_tip);
+            solver.solve(&target, &Options::first(&near), &free).is_ok()
+        };
+        let count = |pitch: f64| DISTANCES.into_iter().filter(|&d| reaches(d, pitch)).count();
+        let (tried, reached) =
+            (DISTANCES.len() * PITCHES.len(), PITCHES.into_iter().map(count).sum::<usize>());
+        let mut found = format!(
             "a hand that is level or points 20 deg down comes to {reached} of {tried} places 0.55 to 0.70 m ahead, 9 cm over the table"
         );
         if reached == 0 {
+            let down = count(FRAC_PI_2);
+            if down > 0 {
+                let _ = write!(
+                    found,
+                    "; one that points straight down comes to {down} of {}, and takes from above",
+                    DISTANCES.len()
+                );
+            }
             let write = "another place of the base in the scene: `robot NAME at (x, y, z)`";
             self.wrong(("reach", State::Missing, Use::Pour), found, write);
         } else {
