@@ -14,7 +14,7 @@ use crate::workcell::{Run, archive, film, picture, record};
 
 #[cfg(feature = "arrow")]
 use super::cell;
-use super::inputs::arm_rows;
+use super::inputs::{arm_rows, spare};
 use super::shared::Shared;
 use crate::report::exit::Exit;
 
@@ -70,28 +70,29 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
             .help("a run folder as `trueup` writes it can be exported")
     };
     let mut written = Vec::new();
-    let mut put = |path: &PathBuf, content: &[u8]| {
+    let mut put = |path: &PathBuf, ending: &str, content: &[u8]| {
+        spare(path, &[ending])?;
         write::replace(path, content).map_err(|error| Failure::unwritten(path, &error))?;
         written.push(path.display().to_string());
         Ok::<(), Failure>(())
     };
     #[cfg(feature = "bags")]
     if let Some(path) = &args.mcap {
-        put(path, &export::bag(&material).map_err(wrong)?)?;
+        put(path, "mcap", &export::bag(&material).map_err(wrong)?)?;
     }
     #[cfg(feature = "arrow")]
     if let Some(path) = &args.rrd {
-        put(path, &export::rrd(&material).map_err(wrong)?)?;
+        put(path, "rrd", &export::rrd(&material).map_err(wrong)?)?;
     }
     if let Some(path) = &args.csv {
-        put(path, export::table(&material).map_err(wrong)?.as_bytes())?;
+        put(path, "csv", export::table(&material).map_err(wrong)?.as_bytes())?;
     }
     if let Some(path) = &args.mp4 {
         let film = moving(&dir, &run, &film).ok_or_else(|| {
             Failure::input("export::pictures", format!("{}: no pictures", dir.display()))
                 .help("a run that moved the arm has them; `trueup runs` lists what is kept")
         })?;
-        put(path, &film)?;
+        put(path, "mp4", &film)?;
     }
     if written.is_empty() {
         return Err(Failure::input("usage", "no file to write is named")

@@ -25,6 +25,12 @@ pub(super) fn arm_rows(path: &Path) -> Result<String, Failure> {
     data(path).map(record::whole_rows)
 }
 
+/// Checks that what is written loses nothing of a person's: a file that is there is replaced only where its name ends as such files do.
+pub(super) fn spare(path: &Path, endings: &[&str]) -> Result<(), Failure> {
+    let ends_so = path.extension().is_some_and(|own| endings.iter().any(|ending| own == *ending));
+    if path.is_file() && !ends_so { Err(Failure::there(path)) } else { Ok(()) }
+}
+
 /// Returns the scene of a file, or the kitchen when none is named.
 pub(super) fn scene(file: Option<&Path>, style: Style) -> Result<Scene, Failure> {
     let mut library = workcell::library(&workcell::Stdlib::embedded());

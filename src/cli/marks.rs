@@ -9,7 +9,7 @@ use crate::report::exit::Exit;
 use crate::report::marks_sheet::marks_sheet;
 use crate::report::{Failure, Style};
 
-use super::inputs::scene;
+use super::inputs::{scene, spare};
 use super::shared::Shared;
 
 /// Write the dots of a scene as a page to print, in true size.
@@ -22,6 +22,7 @@ pub(super) struct MarksArgs {
 
 /// `trueup marks [--scene FILE] --pdf FILE`.
 pub(super) fn marks(args: &MarksArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
+    spare(&args.pdf, &["pdf"])?;
     let scene = scene(cli.cell.scene.as_deref(), style)?;
     if scene.marks.is_empty() {
         return Err(Failure::input("marks::none", format!("scene `{}` has no dots", scene.name))

@@ -58,9 +58,7 @@ pub(super) fn new(args: &NewArgs, style: Style) -> Result<Exit, Failure> {
         .help(format!("take another name, such as `my_{}`", args.name)));
     }
     if path.exists() {
-        return Err(Failure::input("new::there", "there is a file of that name already")
-            .at(path.display().to_string())
-            .help("take another name, or move the file away"));
+        return Err(Failure::there(&path));
     }
     write::replace(&path, &source.text).map_err(|error| Failure::unwritten(&path, &error))?;
     if style.json {

@@ -13,7 +13,7 @@ use crate::report::{self, Failure, Style, kept};
 use crate::trace::jpeg;
 use crate::workcell::{Run, archive, film, picture};
 
-use super::inputs::arm_rows;
+use super::inputs::{arm_rows, spare};
 use super::shared::Shared;
 use crate::report::exit::Exit;
 
@@ -29,6 +29,7 @@ pub(super) struct ReportArgs {
 
 /// `trueup report RUN [-o report.html]`.
 pub(super) fn report(args: &ReportArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
+    spare(&args.output, &["html", "htm"])?;
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     write::replace(&args.output, whole(&dir, &run))

@@ -62,9 +62,7 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
     base.calibration = args.calibration.clone().or(named).map(|file| beside(&args.out, &file));
     let name = name_of(&args.out)?;
     if args.out.exists() {
-        return Err(Failure::input("new::there", "there is a file of that name already")
-            .at(args.out.display().to_string())
-            .help("take another name with --out, or move the file away"));
+        return Err(Failure::there(&args.out));
     }
     let image = picture(&args.image)?;
     let camera = calibrated(args.calibration.as_deref(), &image, base.clone(), style)?;

@@ -3,7 +3,7 @@
 //! What nobody measured stays unknown. What is in the hand is known by the hand, and creeps in it as the pads are
 //! known to let it; what the hand no longer weighs went into what was below it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::Vector3;
@@ -31,6 +31,11 @@ const ABOVE: f64 = 0.05;
 const PUSHED: f64 = 0.01;
 /// A thing whose base is this far above the table hangs in the hand, m.
 const HANGS: f64 = 0.002;
+/// A vessel that leans by more than this, and by more than when it was weighed last, may let water go, rad: twice what it may lean
+/// while it is carried.
+const MAY_RUN: f64 = 0.35;
+/// Two looks at one tilt differ by less, rad.
+const SAME_TILT: f64 = 0.02;
 
 /// What is between the fingers.
 #[derive(Debug, Clone)]
@@ -101,6 +106,10 @@ pub struct Belief {
     below: Option<String>,
     /// The last mass weighed in the hand, kg.
     mass: Option<f64>,
+    /// How far what is in the hand leans, rad: now, and when it was weighed last.
+    leans: [f64; 2],
+    /// Vessels between which water may have gone since they were weighed.
+    unweighed: BTreeSet<String>,
     /// How fast things creep along the pads, m/s.
     creep: f64,
     /// What else was seen on the table.
@@ -128,6 +137,8 @@ impl Belief {
             held: None,
             below: None,
             mass: None,
+            leans: [0.0; 2],
+            unweighed: BTreeSet::new(),
             creep: 0.0,
             unknown: Vec::new(),
             sure: BTreeMap::new(),
@@ -306,7 +317,9 @@ impl Belief {
         let Some(name) = self.held.as_ref().map(|held| held.name.clone()) else { return };
         let lost = self.mass.map(|before| (before - mass) / WATER_DENSITY);
         self.mass = Some(mass);
+        self.leans[1] = self.leans[0];
         let Some(lost) = lost else { return };
+        self.unweighed.clear();
         let below = self.below.clone();
         for object in &mut self.objects {
             if let Some(water) = &mut object.water {
@@ -340,10 +353,20 @@ impl Belief {
             if self.scene.drawer(name).is_some() {
                 follow(&self.scene, name, &(tool * *tool_from_object), &mut objects);
             } else if let Some(object) = objects.iter_mut().find(|object| object.name == *name) {
-                let lies = crept.by(feedback.time, &tool, tool_from_object);
-                object.world_from_object = Some(tool * lies);
+                let stands = tool * crept.by(feedback.time, &tool, tool_from_object);
+                object.world_from_object = Some(stands);
+                self.leans[0] = stands.tilt();
             }
             self.below = below(&self.scene, &objects, name).or(self.below.take());
+            let [leans, weighed] = self.leans;
+            if leans > MAY_RUN.max(weighed + SAME_TILT) {
+                self.unweighed.extend([name.clone()].into_iter().chain(self.below.clone()));
+            }
+        } else {
+            self.leans = [0.0; 2];
+        }
+        for object in objects.iter_mut().filter(|object| self.unweighed.contains(&object.name)) {
+            object.water = None;
         }
         WorldState {
             time: feedback.time,

@@ -260,6 +260,8 @@ impl Body for RealBody {
     }
 
     fn weighed(&mut self, mass: f64) {
+        // It is weighed as it leans now; an arm that does not answer is told by the next step.
+        let _ = self.state();
         self.belief.weighed(mass);
     }
 

@@ -72,6 +72,13 @@ impl Failure {
             .help("does its folder exist? check its permissions")
     }
 
+    /// A file that would be lost.
+    pub fn there(path: &Path) -> Self {
+        Self::input("new::there", "there is a file of that name already")
+            .at(path.display().to_string())
+            .help("take another name, or move the file away")
+    }
+
     /// No folder could be made for a run; `option` names the folder they are made in.
     pub fn no_run_folder(path: &Path, error: &io::Error, option: &str) -> Self {
         if write::is_full(error) {

@@ -323,6 +323,22 @@ pub fn pacing(told: &Pacing) -> String {
     text
 }
 
+/// Returns the vessel that a run which was stopped or failed has left tilted in the hand.
+fn left_tilted(run: &Run) -> Option<&str> {
+    /// Less is how it is carried, rad.
+    const TILTED: f64 = 0.35;
+    if !matches!(run.outcome, Ending::Stopped | Ending::Failure | Ending::Unavailable) {
+        return None;
+    }
+    let world = &run.steps.last()?.measured;
+    let held = world.held.as_deref()?;
+    let known = world.object(held)?;
+    let held_water = run.start.as_ref()?.object(held)?.water.is_some();
+    // What nobody has weighed since may be on its way.
+    let is_tilted = known.world_from_object?.tilt() > TILTED;
+    (held_water && is_tilted && known.water.is_none()).then_some(held)
+}
+
 /// Words how a run ended.
 pub fn ending(run: &Run, style: Style) -> String {
     let mut text = match run.outcome {
@@ -343,6 +359,12 @@ pub fn ending(run: &Run, style: Style) -> String {
     }
     if let Some(help) = &run.device_help {
         let _ = write!(text, "\n  help: {help}");
+    }
+    if let Some(tilted) = left_tilted(run) {
+        let _ = write!(
+            text,
+            "\n  `{tilted}` is left tilted and may still run; `untilt({tilted})` brings it upright and weighs it"
+        );
     }
     if let Some(water) = &run.water {
         let _ = write!(text, "\n  water on {}: {}", scales_of(&water.measured_by), volumes(water));
