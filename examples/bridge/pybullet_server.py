@@ -64,6 +64,9 @@ class Reality:
         self.damping = np.full(7, .5) if exact else self.cell.uniform(.2, 1., 7)     # N·m·s/rad
         self.noise = (0, 0, 0) if exact else (3e-5, 1e-3, .05)          # of a joint's angle, speed and torque; rad, rad/s, N·m
         self.eye, self.at = kitchen.EYE + drawn(0.01, 3), kitchen.LOOKS_AT + drawn(0.01, 3)
+        # One world for each connection: the last one is let go.
+        if bullet.isConnected():
+            bullet.disconnect()
         bullet.connect(bullet.DIRECT)
         bullet.setGravity(0, 0, -G)
         bullet.setPhysicsEngineParameter(fixedTimeStep=TICK, numSolverIterations=100)

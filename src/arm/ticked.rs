@@ -3,6 +3,8 @@
 //! A [`Plant`] takes joint targets and is advanced tick by tick; [`Ticked`] makes an [`Arm`] of it, so that
 //! following, gripping, waiting and stopping are written once.
 
+use std::f64::consts::TAU;
+
 use super::limits::{Cleared, ClearedGrip};
 use super::{Arm, Cancel, DeviceError, Feedback, Grip, Leader};
 
@@ -25,6 +27,11 @@ pub trait Plant: Send {
     /// Tells whoever stands before the arm that what it holds may be taken, or not any more.
     fn offers(&mut self, _on: bool) {}
 
+    /// Returns how far a joint may stay behind its command, rad, where an arm that is farther behind is stuck or lost.
+    fn most_behind(&self) -> Option<f64> {
+        None
+    }
+
     /// Returns what the arm reported last; `q_cmd` is filled in by [`Ticked`].
     fn report(&mut self) -> Feedback;
 }
@@ -33,6 +40,8 @@ pub trait Plant: Send {
 const PERIOD: f64 = 0.004;
 /// After the last command of a motion the arm is given this long to get there, s.
 const SETTLE: f64 = 0.2;
+/// A joint that is too far behind its command for so long does not follow it, s: an arm that starts late is no stuck one.
+const BEHIND_FOR: f64 = 0.5;
 /// How fast a stopped joint is slowed down, rad/s²: under the 4.94 rad/s² of the arm's hard limits (MoveIt
 /// configuration of `ros_kortex`), so that the servo keeps up and nothing is shaken.
 const BRAKE: f64 = 4.0;
@@ -48,6 +57,8 @@ pub struct Ticked<P> {
     dq_cmd: Vec<f64>,
     /// Where the fingers are to go, and in how many ticks.
     fingers: Option<(ClearedGrip, usize)>,
+    /// Ticks for which a joint has been too far behind its command.
+    behind: usize,
 }
 
 impl<P: Plant> Ticked<P> {
@@ -55,7 +66,7 @@ impl<P: Plant> Ticked<P> {
     pub fn new(mut plant: P) -> Self {
         let q_cmd = plant.report().q;
         let dq_cmd = vec![0.0; q_cmd.len()];
-        Self { plant, q_cmd, dq_cmd, fingers: None }
+        Self { plant, q_cmd, dq_cmd, fingers: None, behind: 0 }
     }
 
     fn run(
@@ -77,8 +88,41 @@ impl<P: Plant> Ticked<P> {
         Ok(())
     }
 
-    /// Sends an order, if there is one, and lets one period pass.
+    /// Sends an order, if there is one, and lets one period pass; an arm that does not follow is slowed down.
     fn tick(
+        &mut self,
+        order: Option<(Vec<f64>, Vec<f64>)>,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        self.send(order, watch)?;
+        let Some(most) = self.plant.most_behind() else { return Ok(()) };
+        let Some((joint, behind)) = self.farthest_behind().filter(|(_, behind)| *behind > most)
+        else {
+            self.behind = 0;
+            return Ok(());
+        };
+        self.behind += 1;
+        if self.behind as f64 * PERIOD < BEHIND_FOR {
+            return Ok(());
+        }
+        self.behind = 0;
+        self.brake(watch)?;
+        let (error_deg, limit_deg) = (behind.to_degrees(), most.to_degrees());
+        Err(DeviceError::FollowingError { joint: joint + 1, error_deg, limit_deg })
+    }
+
+    /// Returns the joint that is farthest from its command, and how far, rad.
+    fn farthest_behind(&mut self) -> Option<(usize, f64)> {
+        let q = self.plant.report().q;
+        let off = self.q_cmd.iter().zip(q).map(|(to, q)| {
+            // Whole turns are no distance.
+            let off = to - q;
+            (off - TAU * (off / TAU).round()).abs()
+        });
+        off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    fn send(
         &mut self,
         order: Option<(Vec<f64>, Vec<f64>)>,
         watch: &mut dyn FnMut(&Feedback),
@@ -123,14 +167,14 @@ impl<P: Plant> Ticked<P> {
                 q.iter().zip(&dq).map(|(q, dq)| q + dq * way).collect(),
                 dq.iter().map(|dq| dq * left).collect(),
             );
-            self.tick(Some(order), watch)?;
+            self.send(Some(order), watch)?;
         }
         let (longest, slow) = REST;
         for _ in 0..(longest / PERIOD) as usize {
             if self.told().dq.iter().all(|dq| dq.abs() < slow) {
                 break;
             }
-            self.tick(None, watch)?;
+            self.send(None, watch)?;
         }
         Ok(())
     }

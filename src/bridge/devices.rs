@@ -62,6 +62,10 @@ fn lock(link: &SharedLink) -> MutexGuard<'_, Link> {
     link.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// A joint behind a bridge that stays farther than this from its command is stuck, or its encoder is, rad. Chosen: twice what the
+/// controller of a Gen3 bears (5 deg), since nothing is known of a server's servos.
+const MOST_BEHIND: f64 = 0.2;
+
 /// The arm behind a bridge as something that is stepped.
 pub struct BridgePlant {
     link: SharedLink,
@@ -98,6 +102,10 @@ impl Plant for BridgePlant {
             self.told = lock(&self.link).feedback()?;
         }
         Ok(())
+    }
+
+    fn most_behind(&self) -> Option<f64> {
+        Some(MOST_BEHIND)
     }
 
     fn report(&mut self) -> Feedback {

@@ -121,6 +121,14 @@ pub enum Error {
         /// The time now, s.
         to: f64,
     },
+    /// The server's clock stands while time is to pass.
+    #[error("the bridge's clock stands still at {at:.6} s, though {passed:.1} s were to pass")]
+    ClockStands {
+        /// What it says, s.
+        at: f64,
+        /// How much time it was to let pass, s.
+        passed: f64,
+    },
     /// There is no camera, and none was named.
     #[error("the bridge has no camera, and nothing is done unseen")]
     NoCamera,
@@ -182,6 +190,7 @@ impl Error {
             Self::ClockWentBack { .. } => {
                 "let the server's time only go on; a reset needs a new connection"
             }
+            Self::ClockStands { .. } => "let `t` go on by the `dt` of each `step`",
             Self::NoCamera => "name one that sees the table: `--camera-at http://HOST/PATH`",
             Self::Picture { .. } => {
                 "give the scene's camera that size, or let the server draw pictures of the scene's size"

@@ -24,6 +24,9 @@ const PHOTO_S: f64 = 60.0;
 /// How long the arm's stop is waited for after a wrong answer, s.
 const STOP_S: f64 = 1.0;
 
+/// A clock that stands for so long is none, s: one that goes on in coarse steps stands for less.
+const STOOD_S: f64 = 1.0;
+
 /// A connection to a reality.
 pub struct Link {
     stream: TcpStream,
@@ -32,6 +35,8 @@ pub struct Link {
     joints: usize,
     /// The server's time at the last feedback, s.
     time: Option<f64>,
+    /// How much time was to pass since it went on, s.
+    stood: f64,
     /// What was wrong, once something was.
     trouble: Option<Error>,
 }
@@ -61,8 +66,14 @@ impl Link {
         let stream = found.ok_or(why)?;
         // A command of a few hundred bytes is not held back to be sent with the next.
         stream.set_nodelay(true).map_err(|error| nobody(&error))?;
-        let mut link =
-            Self { stream, ahead: Vec::new(), joints: joints.len(), time: None, trouble: None };
+        let mut link = Self {
+            stream,
+            ahead: Vec::new(),
+            joints: joints.len(),
+            time: None,
+            stood: 0.0,
+            trouble: None,
+        };
         let request = Request::Hello { version: VERSION, robot: robot.to_owned() };
         let hello: Hello = link.ask(&request, ANSWER_S)?;
         if hello.hello != VERSION {
@@ -80,8 +91,13 @@ impl Link {
     ///
     /// [`Error`], after the arm was asked to stop.
     pub fn step(&mut self, step: Step) -> Result<Told, Error> {
-        let within = ANSWER_S + step.dt;
-        self.told(&Request::Step(step), within)
+        let (within, dt, before) = (ANSWER_S + step.dt, step.dt, self.time);
+        let told = self.told(&Request::Step(step), within)?;
+        self.stood = if before.is_some_and(|t| told.t <= t) { self.stood + dt } else { 0.0 };
+        if self.stood > STOOD_S {
+            return Err(self.give_up(Error::ClockStands { at: told.t, passed: self.stood }));
+        }
+        Ok(told)
     }
 
     /// Returns how the arm is now.

@@ -79,13 +79,21 @@ impl Finding {
     }
 }
 
+/// Of scales that nobody named.
+const NO_SCALES: &str = "not connected; `--scales-at URL` names some";
+
 /// `trueup doctor`.
 pub(super) fn doctor(cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let stdlib = stdlib(cli)?;
     let mut found = vec![texts(&stdlib), scripts(&stdlib), scene(cli), folder(&cli.cell.record)];
-    found.push(arm(cli, style)?);
-    found.push(camera(cli));
-    found.push(scales(cli));
+    found.extend(arm(cli, style)?);
+    let is_told = |found: &[Finding], what: &str| found.iter().any(|finding| finding.what == what);
+    if !is_told(&found, "camera") {
+        found.push(camera(cli));
+    }
+    if !is_told(&found, "scales") {
+        found.push(scales(cli));
+    }
     found.push(model(cli)?);
     let exit = if found.iter().any(|finding| finding.state == State::Away) {
         Exit::Unavailable
@@ -192,17 +200,17 @@ fn folder(root: &Path) -> Finding {
     not(feature = "kortex"),
     expect(unused_variables, reason = "a Gen3 asks for a password")
 )]
-fn arm(cli: &Shared, style: Style) -> Result<Finding, Failure> {
+fn arm(cli: &Shared, style: Style) -> Result<Vec<Finding>, Failure> {
     match arm::at(&cli.cell.robot)? {
         #[cfg(feature = "kortex")]
-        ArmAt::Kortex(target) => gen3(&target, &cli.cell.robot, style),
+        ArmAt::Kortex(target) => gen3(&target, &cli.cell.robot, style).map(|found| vec![found]),
         ArmAt::Bridge(target) => behind(&target, cli),
         ArmAt::Inside => {
             let says = match cli.cell.robot.as_str() {
                 "twin" => "the twin, inside the program",
                 _ => "the laboratory, inside the program",
             };
-            Ok(Finding::new("arm", State::Well, says))
+            Ok(vec![Finding::new("arm", State::Well, says)])
         }
     }
 }
@@ -242,37 +250,50 @@ fn gen3(target: &kortex::Target, robot: &str, style: Style) -> Result<Finding, F
     Ok(Finding::new("arm", State::Well, says))
 }
 
-/// Connects to a reality behind a bridge, and takes a picture.
-fn behind(target: &bridge::Target, cli: &Shared) -> Result<Finding, Failure> {
+/// Connects to a reality behind a bridge, takes a picture and weighs; of camera and scales that have an address of their own nothing is
+/// said here.
+fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure> {
     let mut joints = 0;
-    let mut picture = None;
+    let (mut picture, mut weighing) = (None, None);
     let opened = WorkCell::open_with(options(cli, None)?, |robot, scene, _| {
         joints = robot.n_joints();
         let mut devices = bridge::devices(target, robot, scene, &cli.cell)?;
         picture = Some(devices.camera.photo()?);
+        weighing = devices.scales.as_mut().map(|scales| scales.weigh().is_some());
         Ok(devices)
     });
-    Ok(match (opened, picture) {
-        (Ok(_), Some(picture)) => {
-            let (width, height) = picture.dimensions();
-            let says = format!("{target}: {joints} joints, a camera of {width} x {height} px");
-            Finding::new("arm", State::Well, says)
-        }
-        (Err(error), _) => {
-            let help = match &error {
+    let arm = match &opened {
+        Ok(_) => Finding::new("arm", State::Well, format!("{target}: {joints} joints")),
+        Err(error) => {
+            let help = match error {
                 Error::Action(ActionError::Device(device)) => device.help(),
                 _ => "start the server, then try again",
             };
             Finding::new("arm", State::Away, format!("{target}: {error}")).help(help)
         }
-        (Ok(_), None) => Finding::new("arm", State::Well, target.to_string()),
-    })
+    };
+    let mut found = vec![arm];
+    if cli.cell.camera_at.is_none() {
+        found.push(match picture {
+            Some(picture) => {
+                let (width, height) = picture.dimensions();
+                let says = format!("behind the bridge, of {width} x {height} px");
+                Finding::new("camera", State::Well, says)
+            }
+            None => Finding::new("camera", State::None, "the bridge gave no picture"),
+        });
+    }
+    if cli.cell.scales_at.is_none() {
+        found.push(match weighing {
+            Some(true) => Finding::new("scales", State::Well, "behind the bridge"),
+            Some(false) => Finding::new("scales", State::Away, "the bridge's give no weighing"),
+            None => Finding::new("scales", State::None, NO_SCALES),
+        });
+    }
+    Ok(found)
 }
 
 fn camera(cli: &Shared) -> Finding {
-    if cli.cell.camera_at.is_none() && cli.cell.robot.starts_with(bridge::SCHEME) {
-        return Finding::new("camera", State::Well, "the one behind the bridge");
-    }
     let is_elsewhere = cli.cell.robot.starts_with(arm::KORTEX);
     let Some(address) = cli.cell.camera_at.clone() else {
         if is_elsewhere {
@@ -292,7 +313,7 @@ fn camera(cli: &Shared) -> Finding {
 
 fn scales(cli: &Shared) -> Finding {
     let Some(address) = cli.cell.scales_at.clone() else {
-        return Finding::new("scales", State::None, "not connected; `--scales-at URL` names some");
+        return Finding::new("scales", State::None, NO_SCALES);
     };
     match WebScales(address.clone()).weigh() {
         Some(_) => Finding::new("scales", State::Well, address.to_string()),

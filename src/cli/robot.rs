@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 
 use crate::language::nearest;
 use crate::motion::dynamics::Bodies;
+use crate::motion::fault::UrdfFault;
 use crate::motion::robot::{Motion, Robot};
 use crate::motion::{self, Budget, rrt};
 use crate::report::{Failure, Style};
@@ -133,6 +134,9 @@ fn checked(args: &CheckArgs) -> Result<Robot, Failure> {
 fn failure(error: &motion::Error) -> Failure {
     let failure = Failure::input("robot::input", error.to_string());
     match error {
+        motion::Error::Urdf { what: UrdfFault::Xacro } => {
+            failure.help("`xacro FILE.xacro > FILE.urdf` makes one (a tool of ROS)")
+        }
         motion::Error::Urdf { .. } => {
             failure.help("a URDF is XML whose root is `<robot name=\"…\">`")
         }

@@ -7,6 +7,9 @@ use crate::world::mesh::read;
 /// Why a text is no robot this program can use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UrdfFault {
+    /// A text from which a URDF is made.
+    #[error("it is written in xacro, from which a URDF is made")]
+    Xacro,
     /// It is not the format at all: what its reader said.
     #[error("{0}")]
     Format(String),

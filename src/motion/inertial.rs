@@ -16,6 +16,17 @@ pub struct Inertial {
 }
 
 impl Inertial {
+    /// Returns whether a body could have these numbers: a mass that is not negative, and principal moments above 0, each at most the sum of the
+    /// other two. Makers round: a hundredth of the largest is let pass.
+    pub fn is_of_a_body(&self) -> bool {
+        let moments = self.inertia.symmetric_eigenvalues();
+        let (largest, sum) = (moments.max(), moments.sum());
+        self.mass >= 0.0
+            && largest > 0.0
+            && moments.min() > -0.01 * largest
+            && 2.0 * largest < sum + 0.01 * largest
+    }
+
     /// Returns the inertia of nothing.
     pub fn zero() -> Self {
         Self { mass: 0.0, com: Vector3::zeros(), inertia: Matrix3::zeros() }

@@ -53,6 +53,16 @@ pub struct Robot {
     pub(super) way_end: Frame,
 }
 
+/// Whether a text is what URDFs are made from: the names of that language's own, or values that it would fill in.
+fn is_xacro(text: &str) -> bool {
+    ["<xacro:", "${", "$(arg ", "$(find "].iter().any(|word| text.contains(word))
+}
+
+/// Says why a text that its reader refuses is none.
+fn not_a_urdf(text: &str, error: &urdf_rs::UrdfError) -> UrdfFault {
+    if is_xacro(text) { UrdfFault::Xacro } else { UrdfFault::Format(error.to_string()) }
+}
+
 impl Robot {
     /// Returns the stdlib robot: a Kinova Gen3 with seven joints and a Robotiq 2F-85.
     pub fn gen3() -> Self {
@@ -104,9 +114,10 @@ impl Robot {
         let side = super::side::SideFile::parse(side)?;
         super::bounds::check(text)?;
         let mut urdf = urdf_rs::read_from_string(text)
-            .map_err(|error| Error::Urdf { what: UrdfFault::Format(error.to_string()) })?;
+            .map_err(|error| Error::Urdf { what: not_a_urdf(text, &error) })?;
         if urdf.links.is_empty() {
-            return Err(Error::Urdf { what: UrdfFault::NoLink });
+            let what = if is_xacro(text) { UrdfFault::Xacro } else { UrdfFault::NoLink };
+            return Err(Error::Urdf { what });
         }
         let order = tree::order(&urdf)?;
         let jaws = tree::jaws(&urdf, &order);

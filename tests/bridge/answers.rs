@@ -105,6 +105,50 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
     }
 }
 
+/// A frozen encoder let a run go through fourteen steps; a clock that stood was never noticed.
+#[test]
+fn joints_that_do_not_follow_and_a_clock_that_stands_stop_the_arm() {
+    let after = |wrong: fn(f64) -> String| {
+        let mut count = 0;
+        let (place, asked) = serve(move |request| {
+            count += 1;
+            Some(match (count, word(request).as_str()) {
+                (1, _) => hello(),
+                (2, _) => told(0.0),
+                _ => wrong(0.004 * f64::from(count - 2)),
+            })
+        });
+        let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
+        let error = arm.wait(2.0, &Cancel::default(), &mut |_| {}).unwrap_err();
+        let steps = asked.lock().unwrap().iter().filter(|asked| word(asked) == "step").count();
+        (error, steps)
+    };
+    let (error, steps) = after(|t| told(t).replace("0.1", "0.4"));
+    let DeviceError::FollowingError { joint: 2, error_deg, .. } = error else {
+        panic!("{error:?}")
+    };
+    assert!((error_deg - 0.3_f64.to_degrees()).abs() < 1e-9, "{error_deg}");
+    // Half a second, and what the arm is given to come to rest in.
+    assert!((125..260).contains(&steps), "{steps}");
+    let (error, steps) = after(|_| told(0.5));
+    assert!(error.to_string().contains("stands still at 0.500000 s"), "{error}");
+    assert!((250..260).contains(&steps), "{steps}");
+    // A whole turn is no distance.
+    let mut count = 0;
+    let (place, _) = serve(move |_| {
+        count += 1;
+        let turned = (0.1 + std::f64::consts::TAU).to_string();
+        let told = |t: f64| told(t).replace("0.1", &turned);
+        Some(match count {
+            1 => hello(),
+            2 => super::answers::told(0.0),
+            _ => told(0.004 * f64::from(count - 2)),
+        })
+    });
+    let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
+    arm.wait(1.0, &Cancel::default(), &mut |_| {}).unwrap();
+}
+
 #[test]
 fn what_the_server_says_would_help_is_what_is_said() {
     let refusal = json!({"error": "joint 2 is in fault", "help": "clear it", "code": 7});

@@ -282,7 +282,20 @@ impl List<'_> {
             .collect();
         let masses = robot.links().iter().filter_map(|link| link.inertial).map(|own| own.mass);
         let kg = masses.fold(0.0, |sum, mass| sum + mass);
-        if light.is_empty() {
+        // Of what weighs nothing nobody asks how it resists turning.
+        let heavy = robot.links().iter().filter_map(|link| Some((link, link.inertial?)));
+        let odd: Vec<_> = heavy.filter(|(_, own)| own.mass > 0.0 && !own.is_of_a_body()).collect();
+        if !odd.is_empty() {
+            let is_worse =
+                odd.iter().any(|(_, own)| own.inertia.symmetric_eigenvalues().min() < 0.0);
+            let state = if is_worse { State::Missing } else { State::Assumed };
+            let names: Vec<&str> = odd.iter().map(|(link, _)| link.name.as_str()).collect();
+            let found =
+                format!("no body has the inertia of {}; it is taken as it is", names.join(", "));
+            let write =
+                "moments above 0 kg·m², each at most the sum of the other two, into <inertia>";
+            self.wrong(("inertias", state, Use::Twin), found, write);
+        } else if light.is_empty() {
             self.add("inertias", Use::Twin, format!("{kg:.2} kg, on every moving part"));
         } else {
             let found = format!("{kg:.2} kg; none on {}", light.join(", "));
