@@ -127,6 +127,20 @@ pub(super) const VOLUME: Range = Range::new(-0.1, 0.1, ("mL", 1e-6));
 /// A mass as it was weighed, also less than none.
 pub(super) const MASS: Range = Range::new(-5.0, 50.0, ("kg", 1.0));
 
+/// Returns a number, whole or not.
+///
+/// # Errors
+///
+/// Says what an argument is instead.
+pub(super) fn number(word: &str, what: &str, value: &Dynamic) -> Fallible<f64> {
+    let (word, what) = (word.to_owned(), what.to_owned());
+    as_number(value).map_err(|found| Refusal::NotANumber { word, what, found })
+}
+
+fn as_number(value: &Dynamic) -> Result<f64, &'static str> {
+    value.as_float().or_else(|_| value.as_int().map(|whole| whole as f64))
+}
+
 /// Returns the numbers of an array.
 ///
 /// # Errors
@@ -134,8 +148,11 @@ pub(super) const MASS: Range = Range::new(-5.0, 50.0, ("kg", 1.0));
 /// Says which of them is none.
 pub(super) fn numbers(word: &str, array: &Array) -> Fallible<Vec<f64>> {
     let number = |(at, value): (usize, &Dynamic)| {
-        let known = value.as_float().or_else(|_| value.as_int().map(|whole| whole as f64));
-        known.map_err(|found| Refusal::NoNumber { word: word.to_owned(), at: at + 1, found })
+        as_number(value).map_err(|found| Refusal::NoNumber {
+            word: word.to_owned(),
+            at: at + 1,
+            found,
+        })
     };
     array.iter().enumerate().map(number).collect()
 }

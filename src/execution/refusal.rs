@@ -21,6 +21,16 @@ pub enum Refusal {
     /// An argument is out of its range, or is no number.
     #[error("{0}")]
     OutOfRange(OutOfRange),
+    /// What stands for a number is none.
+    #[error("`{word}` takes a number as {what}, and this is a {found}")]
+    NotANumber {
+        /// The word of the script.
+        word: String,
+        /// Which of its arguments.
+        what: String,
+        /// What it is, as the engine calls it.
+        found: &'static str,
+    },
     /// Something in a list is no number.
     #[error("`{word}` takes numbers, and number {at} is a {found}")]
     NoNumber {
@@ -258,6 +268,20 @@ pub enum Mistake {
     /// There is none.
     #[error("there is no such script; actions look in `actions/` of the stdlib")]
     NoScript,
+    /// A word with other arguments than it takes.
+    #[error("it is written `{written}`")]
+    Misused {
+        /// How it is written.
+        written: String,
+    },
+    /// A word that there is not.
+    #[error("there is no word `{name}`; did you mean `{meant}`?")]
+    Unknown {
+        /// What was written.
+        name: String,
+        /// How what is like it is written.
+        meant: String,
+    },
     /// It cannot be read, or misuses a word: what the engine says.
     #[error("{0}")]
     Engine(String),

@@ -14,6 +14,8 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use rhai::{Dynamic, Engine, EvalAltResult, Position, Scope};
 
+use crate::language::nearest;
+use crate::language::script_words::{ScriptWord, words_of};
 use crate::world::Region;
 
 use super::bounds::{self, CALLS, OPERATIONS};
@@ -167,6 +169,26 @@ const UNITS: &[(&str, f64)] = &[
     ("N", 1.0),
 ];
 
+/// Says what is wrong with a call of a word that there is not, or not with such arguments: `moveby (Arm, array, f64)`.
+fn misused(called: &str) -> Mistake {
+    let (name, arguments) = called.split_once(" (").unwrap_or((called, ""));
+    let first = arguments.split([',', ')']).next().unwrap_or_default().trim().to_lowercase();
+    let mut words: Vec<_> = words_of(&first).collect();
+    if words.is_empty() {
+        words = words_of("").collect();
+    }
+    let near = nearest(name, words.iter().map(|word| word.name));
+    let like = |name: &str| words.iter().find(|word| word.name == name);
+    match (like(name), near.and_then(like)) {
+        (Some(word), _) => Mistake::Misused { written: word.written() },
+        (None, Some(word)) => {
+            let name = ScriptWord { name: "", ..**word }.full_name() + name;
+            Mistake::Unknown { name, meant: word.written() }
+        }
+        (None, None) => Mistake::Engine(format!("Function not found: {called}")),
+    }
+}
+
 /// Finds the binding's own error inside the engine's, whatever calls it is wrapped in.
 fn translate(file: &str, error: &EvalAltResult) -> ScriptError {
     let line = |position: Position| position.line();
@@ -192,6 +214,7 @@ fn translate(file: &str, error: &EvalAltResult) -> ScriptError {
                     Mistake::Endless { operations: OPERATIONS }
                 }
                 EvalAltResult::ErrorStackOverflow(_) => Mistake::TooDeep { calls: CALLS },
+                EvalAltResult::ErrorFunctionNotFound(called, _) => misused(called),
                 other => Mistake::Engine(other.to_string()),
             },
         },

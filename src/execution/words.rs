@@ -34,8 +34,14 @@ pub(super) fn bind(engine: &mut Engine, context: &Arc<Mutex<ActionContext>>) {
 }
 
 /// Returns an argument that is in its range, or raises what is wrong with it.
-fn within(word: &str, what: &str, value: f64, range: Range) -> Fallible<f64> {
+fn within(word: &str, what: &str, value: &Dynamic, range: Range) -> Fallible<f64> {
+    let value = number(word, what, value)?;
     range.check(word, what, value).map_err(raise)
+}
+
+/// Returns a number, whole or not, or raises that an argument is none.
+fn number(word: &str, what: &str, value: &Dynamic) -> Fallible<f64> {
+    bounds::number(word, what, value).map_err(raise)
 }
 
 fn array(values: impl IntoIterator<Item = f64>) -> Array {
@@ -68,13 +74,13 @@ fn bind_values(engine: &mut Engine) {
             Path::doing(pour.turn.iter().rev().cloned().collect(), Deed::TurnedBack)
         })
         .register_get("clearance", |pour: &mut Pour| pour.clearance)
-        .register_fn("share_holding", |pour: &mut Pour, volume: f64| {
-            Ok(pour.share_holding(within("share_holding", "the volume", volume, VOLUME)?))
+        .register_fn("share_holding", |pour: &mut Pour, volume: Dynamic| {
+            Ok(pour.share_holding(within("share_holding", "the volume", &volume, VOLUME)?))
                 as Fallible<f64>
         })
-        .register_fn("runs_on", |pour: &mut Pour, share: f64, rate: f64| {
-            let share = within("runs_on", "the share", share, SHARE)?;
-            Ok(pour.runs_on(share, within("runs_on", "the rate", rate, FLOW)?)) as Fallible<f64>
+        .register_fn("runs_on", |pour: &mut Pour, share: Dynamic, rate: Dynamic| {
+            let share = within("runs_on", "the share", &share, SHARE)?;
+            Ok(pour.runs_on(share, within("runs_on", "the rate", &rate, FLOW)?)) as Fallible<f64>
         })
         .register_type_with_name::<Placement>("Placement")
         .register_get("above", |place: &mut Placement| array(place.above.iter().copied()))
@@ -122,10 +128,10 @@ fn bind_work(engine: &mut Engine) {
 fn bind_poses(engine: &mut Engine) {
     engine
         .register_type_with_name::<ToolPose>("Pose")
-        .register_fn("pose", |at: Array, heading: f64, pitch: f64| {
+        .register_fn("pose", |at: Array, heading: Dynamic, pitch: Dynamic| {
             let at = bounds::place("pose", &at).map_err(raise)?;
-            let heading = within("pose", "the heading", heading, ANGLE)?;
-            let pitch = within("pose", "the pitch", pitch, PITCH)?;
+            let heading = within("pose", "the heading", &heading, ANGLE)?;
+            let pitch = within("pose", "the pitch", &pitch, PITCH)?;
             Ok(ToolPose::new(at, heading, pitch)) as Fallible<ToolPose>
         })
         .register_get("at", |pose: &mut ToolPose| array(pose.at()))
@@ -135,9 +141,9 @@ fn bind_poses(engine: &mut Engine) {
             let by = bounds::way("moved", &by).map_err(raise)?;
             Ok(pose.moved(by)) as Fallible<ToolPose>
         })
-        .register_fn("turned", |pose: &mut ToolPose, axis: Array, angle: f64| {
+        .register_fn("turned", |pose: &mut ToolPose, axis: Array, angle: Dynamic| {
             let axis = bounds::axis("turned", &axis).map_err(raise)?;
-            let angle = within("turned", "the angle", angle, TURN)?;
+            let angle = within("turned", "the angle", &angle, TURN)?;
             Ok(pose.turned(axis, angle)) as Fallible<ToolPose>
         });
 }
@@ -156,12 +162,12 @@ fn bind_camera(engine: &mut Engine) {
 fn bind_twin(engine: &mut Engine) {
     engine
         .register_type_with_name::<Twin>("Twin")
-        .register_fn("grasps", |twin: &mut Twin, o: &str, face: &str, pitch: f64| {
-            let pitch = within("grasps", "the pitch", pitch, PITCH)?;
+        .register_fn("grasps", |twin: &mut Twin, o: &str, face: &str, pitch: Dynamic| {
+            let pitch = within("grasps", "the pitch", &pitch, PITCH)?;
             twin.plans()?.grasps(o, face, pitch).map(list).map_err(raise)
         })
-        .register_fn("pours", |twin: &mut Twin, o: &str, at: &str, clearance: f64| {
-            let clearance = within("pours", "the clearance", clearance, CLEARANCE)?;
+        .register_fn("pours", |twin: &mut Twin, o: &str, at: &str, clearance: Dynamic| {
+            let clearance = within("pours", "the clearance", &clearance, CLEARANCE)?;
             twin.plans()?.pours(o, at, clearance).map(list).map_err(raise)
         })
         .register_fn("placements", |twin: &mut Twin, o: &str| {
@@ -199,8 +205,8 @@ fn bind_twin(engine: &mut Engine) {
         .register_fn("position", |twin: &mut Twin, o: &str| {
             twin.context().position(o).map(array).map_err(raise)
         })
-        .register_fn("enough", |twin: &mut Twin, o: &str, volume: f64| {
-            let volume = within("enough", "the volume", volume, VOLUME)?;
+        .register_fn("enough", |twin: &mut Twin, o: &str, volume: Dynamic| {
+            let volume = within("enough", "the volume", &volume, VOLUME)?;
             twin.context().enough(o, volume).map_err(raise)
         })
         .register_fn("squeeze", |twin: &mut Twin, o: &str| twin.context().squeeze(o).map_err(raise))
@@ -230,45 +236,54 @@ fn bind_hand(engine: &mut Engine) {
         .register_fn("open", |at: NativeCallContext<'_>, arm: &mut Arm| {
             arm.acts_on(&at, wording::opens(), Some(Deed::Released))?.open().map_err(raise)
         })
-        .register_fn("open_to", |at: NativeCallContext<'_>, arm: &mut Arm, width: f64| {
+        .register_fn("open_to", |at: NativeCallContext<'_>, arm: &mut Arm, width: Dynamic| {
+            let width = number("open_to", "the width", &width)?;
             let does = wording::opens_to(width);
             arm.acts_on(&at, does, Some(Deed::Released))?.open_to(width).map_err(raise)
         })
-        .register_fn("close", |at: NativeCallContext<'_>, arm: &mut Arm, o: &str, force: f64| {
-            let (does, took) = (wording::closes(o, force), Deed::Took { object: o.to_owned() });
-            arm.acts_on(&at, does, Some(took))?.close(o, force).map_err(raise)
-        })
+        .register_fn(
+            "close",
+            |at: NativeCallContext<'_>, arm: &mut Arm, o: &str, force: Dynamic| {
+                let force = number("close", "the force", &force)?;
+                let (does, took) = (wording::closes(o, force), Deed::Took { object: o.to_owned() });
+                arm.acts_on(&at, does, Some(took))?.close(o, force).map_err(raise)
+            },
+        )
         .register_fn("weigh", |at: NativeCallContext<'_>, arm: &mut Arm| {
             arm.acts(&at, wording::weighs())?.weigh().map_err(raise)
         })
-        .register_fn("heft", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
-            let seconds = within("heft", "the time", seconds, HEFT)?;
+        .register_fn("heft", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: Dynamic| {
+            let seconds = within("heft", "the time", &seconds, HEFT)?;
             arm.acts(&at, wording::hefts(seconds))?.heft(seconds).map_err(raise)
         })
         .register_fn("stands", |at: NativeCallContext<'_>, arm: &mut Arm, o: &str| {
             arm.acts(&at, wording::feels_standing(o))?.stands(o).map_err(raise)
         })
-        .register_fn("weighed", |arm: &mut Arm, mass: f64| {
-            let mass = within("weighed", "the mass", mass, MASS)?;
+        .register_fn("weighed", |arm: &mut Arm, mass: Dynamic| {
+            let mass = within("weighed", "the mass", &mass, MASS)?;
             arm.context().weighed(mass);
             Ok(()) as Fallible<()>
         })
-        .register_fn("bears", |arm: &mut Arm, mass: f64| {
-            let mass = within("bears", "the mass", mass, MASS)?;
+        .register_fn("bears", |arm: &mut Arm, mass: Dynamic| {
+            let mass = within("bears", "the mass", &mass, MASS)?;
             arm.context().bears(mass);
             Ok(()) as Fallible<()>
         })
         .register_fn(
             "offer",
-            |at: NativeCallContext<'_>, arm: &mut Arm, o: &str, force: f64, seconds: f64| {
-                let force = within("offer", "the force", force, FORCE)?;
-                let seconds = within("offer", "the time", seconds, WAIT)?;
+            |at: NativeCallContext<'_>,
+             arm: &mut Arm,
+             o: &str,
+             force: Dynamic,
+             seconds: Dynamic| {
+                let force = within("offer", "the force", &force, FORCE)?;
+                let seconds = within("offer", "the time", &seconds, WAIT)?;
                 let does = wording::offers(o, force, seconds);
                 arm.acts(&at, does)?.offer(o, force, seconds).map_err(raise)
             },
         )
-        .register_fn("wait", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: f64| {
-            let seconds = within("wait", "the time", seconds, WAIT)?;
+        .register_fn("wait", |at: NativeCallContext<'_>, arm: &mut Arm, seconds: Dynamic| {
+            let seconds = within("wait", "the time", &seconds, WAIT)?;
             arm.acts(&at, wording::waits(seconds))?.wait(seconds).map_err(raise)
         });
 }
@@ -282,26 +297,26 @@ fn bind_ways(engine: &mut Engine) {
         })
         .register_fn(
             "carry_to",
-            |at: NativeCallContext<'_>, arm: &mut Arm, q: Array, tilt: f64, speed: f64| {
+            |at: NativeCallContext<'_>, arm: &mut Arm, q: Array, tilt: Dynamic, speed: Dynamic| {
                 let q = arm.joints("carry_to", &q)?;
-                let tilt = within("carry_to", "the tilt", tilt, TILT)?;
-                let speed = within("carry_to", "the speed", speed, SPEED)?;
+                let tilt = within("carry_to", "the tilt", &tilt, TILT)?;
+                let speed = within("carry_to", "the speed", &speed, SPEED)?;
                 let does = wording::carries(tilt, speed);
                 arm.acts(&at, does)?.move_to(&q, Some(tilt), speed).map_err(raise)
             },
         )
         .register_fn(
             "follow",
-            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: f64| {
-                let speed = within("follow", "the speed", speed, SPEED)?;
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: Dynamic| {
+                let speed = within("follow", "the speed", &speed, SPEED)?;
                 let does = wording::follows(speed);
                 arm.acts_on(&at, does, path.deed)?.follow(&path.points, speed).map_err(raise)
             },
         )
         .register_fn(
             "draw_back",
-            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: f64| {
-                let speed = within("draw_back", "the speed", speed, SPEED)?;
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, speed: Dynamic| {
+                let speed = within("draw_back", "the speed", &speed, SPEED)?;
                 let does = wording::draws_back(speed);
                 arm.acts_on(&at, does, path.deed)?.draw_back(&path.points, speed).map_err(raise)
             },
@@ -311,17 +326,20 @@ fn bind_ways(engine: &mut Engine) {
 /// Straight ways of the tool.
 fn bind_lines(engine: &mut Engine) {
     engine
-        .register_fn("rise", |at: NativeCallContext<'_>, arm: &mut Arm, by: f64, speed: f64| {
-            let by = within("rise", "the way up", by, WAY)?;
-            let speed = within("rise", "the speed", speed, SPEED)?;
-            let does = wording::moves_straight([0.0, 0.0, by], speed);
-            arm.acts(&at, does)?.rise(by, speed).map_err(raise)
-        })
+        .register_fn(
+            "rise",
+            |at: NativeCallContext<'_>, arm: &mut Arm, by: Dynamic, speed: Dynamic| {
+                let by = within("rise", "the way up", &by, WAY)?;
+                let speed = within("rise", "the speed", &speed, SPEED)?;
+                let does = wording::moves_straight([0.0, 0.0, by], speed);
+                arm.acts(&at, does)?.rise(by, speed).map_err(raise)
+            },
+        )
         .register_fn(
             "move_by",
-            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, speed: f64| {
+            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, speed: Dynamic| {
                 let by = bounds::way("move_by", &by).map_err(raise)?;
-                let speed = within("move_by", "the speed", speed, SPEED)?;
+                let speed = within("move_by", "the speed", &speed, SPEED)?;
                 let does = wording::moves_straight(by, speed);
                 arm.acts(&at, does)?.move_by(by, speed).map_err(raise)
             },
@@ -336,22 +354,25 @@ fn bind_lines(engine: &mut Engine) {
         })
         .register_fn(
             "line_to",
-            |at: NativeCallContext<'_>, arm: &mut Arm, to: ToolPose, speed: f64| {
-                let speed = within("line_to", "the speed", speed, SPEED)?;
+            |at: NativeCallContext<'_>, arm: &mut Arm, to: ToolPose, speed: Dynamic| {
+                let speed = within("line_to", "the speed", &speed, SPEED)?;
                 let does = wording::moves_to(to.at(), speed);
                 arm.acts(&at, does)?.line_to(&to, speed).map_err(raise)
             },
         )
-        .register_fn("pull", |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, force: f64| {
-            let by = bounds::way("pull", &by).map_err(raise)?;
-            let force = within("pull", "the force", force, FORCE)?;
-            arm.acts(&at, wording::pulls(by, force))?.pull(by, force).map_err(raise)
-        })
+        .register_fn(
+            "pull",
+            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, force: Dynamic| {
+                let by = bounds::way("pull", &by).map_err(raise)?;
+                let force = within("pull", "the force", &force, FORCE)?;
+                arm.acts(&at, wording::pulls(by, force))?.pull(by, force).map_err(raise)
+            },
+        )
         .register_fn(
             "move_until",
-            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, force: f64| {
+            |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, force: Dynamic| {
                 let by = bounds::way("move_until", &by).map_err(raise)?;
-                let force = within("move_until", "the force", force, FORCE)?;
+                let force = within("move_until", "the force", &force, FORCE)?;
                 let does = wording::moves_until(by, force);
                 arm.acts(&at, does)?.move_until(by, force).map_err(raise)
             },
@@ -374,15 +395,18 @@ fn bind_senses(engine: &mut Engine) {
 /// Turns of the hand.
 fn bind_turns(engine: &mut Engine) {
     engine
-        .register_fn("turn", |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: f64| {
-            let rate = within("turn", "the rate", rate, RATE)?;
-            let does = wording::turns(rate);
-            arm.acts_on(&at, does, path.deed)?.turn(&path.points, rate).map_err(raise)
-        })
+        .register_fn(
+            "turn",
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: Dynamic| {
+                let rate = within("turn", "the rate", &rate, RATE)?;
+                let does = wording::turns(rate);
+                arm.acts_on(&at, does, path.deed)?.turn(&path.points, rate).map_err(raise)
+            },
+        )
         .register_fn(
             "turn_back",
-            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: f64| {
-                let rate = within("turn_back", "the rate", rate, RATE)?;
+            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, rate: Dynamic| {
+                let rate = within("turn_back", "the rate", &rate, RATE)?;
                 let does = wording::turns_back(rate);
                 arm.acts_on(&at, does, Some(Deed::TurnedBack))?
                     .turn_back(&path.points, rate)
@@ -391,17 +415,21 @@ fn bind_turns(engine: &mut Engine) {
         )
         .register_fn(
             "turn_about",
-            |at: NativeCallContext<'_>, arm: &mut Arm, axis: Array, angle: f64| {
+            |at: NativeCallContext<'_>, arm: &mut Arm, axis: Array, angle: Dynamic| {
                 let axis = bounds::axis("turn_about", &axis).map_err(raise)?;
-                let angle = within("turn_about", "the angle", angle, TURN)?;
+                let angle = within("turn_about", "the angle", &angle, TURN)?;
                 arm.acts(&at, wording::turns_about(angle))?.turn_about(axis, angle).map_err(raise)
             },
         )
         .register_fn(
             "turn_to",
-            |at: NativeCallContext<'_>, arm: &mut Arm, path: Path, share: f64, rate: f64| {
-                let share = within("turn_to", "the share", share, SHARE)?;
-                let rate = within("turn_to", "the rate", rate, RATE)?;
+            |at: NativeCallContext<'_>,
+             arm: &mut Arm,
+             path: Path,
+             share: Dynamic,
+             rate: Dynamic| {
+                let share = within("turn_to", "the share", &share, SHARE)?;
+                let rate = within("turn_to", "the rate", &rate, RATE)?;
                 let does = wording::turns_to(share, rate);
                 arm.acts_on(&at, does, path.deed)?.turn_to(&path.points, share, rate).map_err(raise)
             },
