@@ -118,11 +118,14 @@ pub(super) fn script_led(
     let is_call = |step: &Step| matches!(step, Step::Act(_));
     let parts: Vec<&[Step]> =
         if steps.iter().all(is_call) { steps.chunks(1).collect() } else { vec![&steps] };
-    for steps in parts {
+    for (at, steps) in parts.iter().enumerate() {
         if let Some(lead) = lead {
             lead.take(&mut cell);
         }
-        let run = one(&mut cell, steps, &source, (&cli.cell.record, window.as_ref()), style)?;
+        let run = one(&mut cell, steps, &source, (&cli.cell.record, window.as_ref()), style);
+        let run = run.map_err(|failure| {
+            if runs.is_empty() { failure } else { failure.after(&runs, parts.len() - at - 1) }
+        })?;
         exit = ended(&run);
         runs.push(run);
         if exit != Exit::Yes {

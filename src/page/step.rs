@@ -55,6 +55,17 @@ impl At {
     }
 }
 
+/// A run that ended before its first step.
+fn nothing_done(run: &Run) -> View {
+    let reason = run.reason.as_deref().unwrap_or("There was nothing to do.");
+    let main = format!(
+        "<h1>{}</h1>\n<p>No step of it was done.</p>\n<p>{}</p>\n",
+        escaped(&run.task),
+        escaped(reason)
+    );
+    View::new(&run.task, "/", main)
+}
+
 /// A moment of a run that is kept.
 pub(super) fn view(site: &Site, entry: &Entry, at: At, why: Option<&str>) -> View {
     let Some(run) = site.run_index.run(&entry.dir) else {
@@ -63,6 +74,9 @@ pub(super) fn view(site: &Site, entry: &Entry, at: At, why: Option<&str>) -> Vie
             "Its `run.json` is not one, or not whole.",
         );
     };
+    if run.steps.is_empty() {
+        return nothing_done(&run);
+    }
     let Some(step) = run.steps.iter().find(|step| step.number == at.number) else {
         let help = format!("It has {} steps.", run.steps.len());
         return View::missing("The run has no such step", &help);

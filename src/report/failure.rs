@@ -31,8 +31,13 @@ pub struct Failure {
     pub help: Option<String>,
     /// Whether a person has been shown it already, as a mistake drawn into its text.
     pub is_shown: bool,
+    /// The documents of runs that were carried out before, in a list.
+    pub runs: Option<Box<serde_json::Value>>,
     exit: u8,
 }
+
+/// Of a call that failed before anything was done for it.
+const UNTOUCHED: &str = "nothing has been touched; ";
 
 /// Characters of a message, its place and its help that are kept: what came in may be quoted in any of them.
 const LONGEST: (usize, usize, usize) = (900, 300, 600);
@@ -79,6 +84,22 @@ impl Failure {
             .help("take another name, or move the file away")
     }
 
+    /// The failure of one of several calls: those before it were carried out, and `left` after it are not begun.
+    #[must_use]
+    pub fn after(mut self, runs: &[workcell::Run], left: usize) -> Self {
+        let calls = |n: usize| if n == 1 { "1 call".to_owned() } else { format!("{n} calls") };
+        let (done, left) = (calls(runs.len()), calls(left));
+        let help = self.help.unwrap_or_default();
+        let help = help.strip_prefix(UNTOUCHED).unwrap_or(&help);
+        self.help = Some(format!(
+            "{done} before it {} carried out, {left} after it {} left; {help}",
+            if runs.len() == 1 { "was" } else { "were" },
+            if left == "1 call" { "is" } else { "are" },
+        ));
+        self.runs = serde_json::to_value(runs).ok().map(Box::new);
+        self
+    }
+
     /// No folder could be made for a run; `option` names the folder they are made in.
     pub fn no_run_folder(path: &Path, error: &io::Error, option: &str) -> Self {
         if write::is_full(error) {
@@ -97,6 +118,7 @@ impl Failure {
             place: None,
             help: None,
             is_shown: false,
+            runs: None,
             exit: 2,
         }
     }
@@ -354,7 +376,7 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         }
         Error::NoSurvivor { failure, water, .. } => {
             let help = way_out(&failure.cause, water.as_ref());
-            Failure::no("plan::no_survivor", words).help(format!("nothing has been touched; {help}"))
+            Failure::no("plan::no_survivor", words).help(format!("{UNTOUCHED}{help}"))
         }
         Error::Record { path, .. } => Failure::input("io::run", words)
             .at(path.display().to_string())

@@ -136,12 +136,16 @@ impl Style {
     /// Tells a failure: a JSON document on stdout, or words on stderr.
     pub fn failure(self, failure: &Failure) {
         if self.json {
-            self.document(&json!({"error": {
+            let mut document = json!({"error": {
                 "code": failure.code,
                 "message": failure.message,
                 "where": failure.place,
                 "help": failure.help,
-            }}));
+            }});
+            if let Some(runs) = &failure.runs {
+                document["runs"] = json!(runs);
+            }
+            self.document(&document);
             return;
         }
         if failure.is_shown {

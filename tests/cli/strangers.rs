@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use crate::program::{Said, Scratch};
+use crate::schema::Schemas;
 
 /// A screen, in bytes, and one for each kind of mistake that is drawn.
 const SCREENS: usize = 60_000;
@@ -203,4 +204,66 @@ fn thousands_of_tasks_that_call_the_next_are_checked_at_once() {
     let said = scratch.trueup(&["check", "ring.task"]);
     assert!(said.code == 1 && said.out.contains("leads back to"), "{}", said.out);
     assert!(said.out.len() < SCREENS, "{} bytes", said.out.len());
+}
+
+/// A run's page, a table and a seal were written over a person's task and settings.
+#[test]
+fn a_person_s_file_is_not_written_over_by_what_is_another_kind() {
+    let scratch = Scratch::new("cli-strangers-over");
+    let task = "task mine(o: Graspable) {\n    pick(o)\n}\n";
+    scratch.file("mine.task", task);
+    scratch.file("mine.toml", "[sensor]\n");
+    for args in [
+        &["report", "1", "-o", "mine.task"][..],
+        &["marks", "--pdf", "mine.task"],
+        &["lab", "hide", "--out", "mine.toml"],
+    ] {
+        let said = scratch.trueup(&[args, &["--json"]].concat());
+        assert_eq!((said.code, said.error("code").as_str()), (2, "new::there"), "{said:?}");
+    }
+    assert_eq!(std::fs::read_to_string(scratch.path("mine.task")).unwrap(), task);
+    // What a command wrote it may write again.
+    for _ in 0..2 {
+        assert_eq!(scratch.trueup(&["marks", "--pdf", "dots.pdf"]).code, 0);
+        assert_eq!(scratch.trueup(&["lab", "hide", "--out", "seal.toml"]).code, 0);
+    }
+}
+
+/// The first call's run was lost with the second's failure, which said that nothing had been touched.
+#[test]
+fn a_script_that_fails_later_tells_what_was_done_before() {
+    let scratch = Scratch::new("cli-strangers-later");
+    scratch.file("two.task", "pick(jar)\npick(cup)\nplace(jar)\n");
+    let said = scratch.trueup(&["run", "two.task", "--robot", "twin", "--json"]);
+    let document = said.json();
+    Schemas::read().holds("error", &document);
+    let runs = document["runs"].as_array().unwrap();
+    assert_eq!((runs.len(), runs[0]["task"].as_str()), (1, Some("pick(jar)")), "{document}");
+    let help = said.error("help");
+    assert!(
+        help.starts_with("1 call before it was carried out, 1 call after it is left"),
+        "{help}"
+    );
+    assert!(!help.contains("nothing has been touched"), "{help}");
+}
+
+/// `arm.wait(1)` was no function, and a misspelt word was told in the engine's terms.
+#[test]
+fn words_of_scripts_take_whole_numbers_and_are_told_as_they_are_written() {
+    let scratch = Scratch::new("cli-strangers-words");
+    let run = |line: &str| {
+        std::fs::create_dir_all(scratch.path("lib/actions")).unwrap();
+        scratch.file("lib/actions/mine.rhai", format!("{line}\n"));
+        scratch.file("m.task", "action mine() {\n    run \"mine.rhai\"\n}\nmine()\n");
+        scratch.trueup(&["run", "m.task", "--robot", "twin", "--stdlib", "lib", "--json"])
+    };
+    let said = run("arm.wait(1);");
+    assert_eq!(said.code, 0, "{said:?}");
+    let told = |line: &str| run(line).error("message");
+    let (misspelt, misused) = (told("arm.wiat(1.0);"), told("arm.wait();"));
+    assert!(misspelt.contains("there is no word `arm.wiat`"), "{misspelt}");
+    assert!(misspelt.contains("`arm.wait(seconds)`"), "{misspelt}");
+    assert!(misused.contains("it is written `arm.wait(seconds)`"), "{misused}");
+    let word = told("arm.wait(\"long\");");
+    assert!(word.contains("`wait` takes a number as the time"), "{word}");
 }
