@@ -203,8 +203,13 @@ impl Curve {
     /// Returns the point at `s`, clamped to the ends.
     pub(super) fn place(&self, s: f64) -> Vec<f64> {
         let mut q = vec![0.0; self.end().len()];
-        self.place_on(self.piece_at(s), s, &mut q);
+        self.place_into(s, &mut q);
         q
+    }
+
+    /// As [`Self::place`], into memory that is there already.
+    pub(super) fn place_into(&self, s: f64, q: &mut [f64]) {
+        self.place_on(self.piece_at(s), s, q);
     }
 
     /// As [`Self::at`], of the stretch numbered `piece`, into memory that is there already.

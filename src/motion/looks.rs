@@ -12,11 +12,11 @@ use super::polyline::mixed;
 use super::profile::{Limits, cube_root};
 use super::quad::Quad;
 use super::ramp::State;
-use super::slopes::{Four, Slopes, in_fours};
+use super::slopes::{Four, On, Slopes, in_fours};
 
 /// Looks at each span of constant jerk in a corner, besides the one at its start. Chosen with [`MARGIN`] on random paths: with three,
 /// 45 of 600 with corners cut by 0.2 rad pass a limit of acceleration, by 0.1 %.
-const LOOKS: f64 = 4.0;
+const LOOKS: u32 = 4;
 
 /// Longest time between two looks elsewhere, s.
 const LOOK: f64 = 0.01;
@@ -33,8 +33,10 @@ pub(super) struct Looks<'s, 'c> {
     slopes: &'s Slopes<'c>,
     /// One over each limit, times what the motion may grow by between two looks: speeds, accelerations, jerks.
     shares: Vec<[Four; 3]>,
-    /// The stretch of the curve that was looked at last.
+    /// The stretch of the curve that was looked at last, where the next begins if there is one, and its derivatives.
     piece: usize,
+    end: f64,
+    on: On<'s>,
     /// The shares of the limits that a unit of each rate takes, on a straight stretch.
     straight: Option<[f64; 3]>,
 }
@@ -48,24 +50,30 @@ impl<'s, 'c> Looks<'s, 'c> {
             over(&limits.jerk, MARGIN[2]),
         ];
         let shares = (0..speeds.len()).map(|k| [speeds[k], pushes[k], jerks[k]]).collect();
-        Self { slopes, shares, piece: 0, straight: None }
+        Self { slopes, shares, piece: 0, end: 0.0, on: slopes.on(0), straight: None }
     }
 
     /// Looks at the mean over `window` s of a profile, which passes its knots at `times` and has the accelerations `pushes` from
-    /// each on. Returns by how much the whole has to be slowed; raises `over` at each knot to how much it has to be slowed there.
+    /// each on, none from the last on. Returns by how much the whole has to be slowed; raises `over` at each knot to how much it
+    /// has to be slowed there. Ends early where it is by more than `enough`.
     pub(super) fn mean(
         &mut self,
-        times: &[f64],
-        pushes: &[f64],
+        (times, pushes): (&[f64], &[f64]),
         window: f64,
+        enough: f64,
         over: &mut [f64],
     ) -> f64 {
-        run(Mean { looks: self, times, pushes, window, over })
+        run(Mean { looks: self, times, pushes, window, enough, over })
     }
 
     /// Looks at a curve that is timed edge by edge and corner by corner: as [`Self::mean`], and tells the corners.
     pub(super) fn spans(&mut self, spans: &Spans, passing: &mut Passing) -> f64 {
         run(Each { looks: self, spans, passing })
+    }
+
+    /// Returns one over each limit of four joints, times what the motion may grow by between two looks: speeds, accelerations, jerks.
+    pub(super) fn shares(&self) -> &[[Four; 3]] {
+        &self.shares
     }
 
     fn curve(&self) -> &'c Curve {
@@ -74,64 +82,48 @@ impl<'s, 'c> Looks<'s, 'c> {
 
     #[inline(always)]
     fn enter<S: Wide>(&mut self, simd: S, piece: usize) {
-        self.piece = piece;
+        let knots = self.curve().knots();
+        let is_last = piece + 2 == knots.len();
+        (self.piece, self.on) = (piece, self.slopes.on(piece));
+        self.end = if is_last { f64::INFINITY } else { knots[piece + 1] };
         self.straight = None;
         if self.curve().is_straight(piece) {
-            let mut most = [Quad::all(simd, 0.0); 3];
-            let shares = &self.shares;
-            let begin = self.curve().knots()[piece];
-            self.slopes.at(
-                simd,
-                piece,
-                begin,
-                #[inline(always)]
-                |k, [d, ..]| {
-                    let each = shares[k].map(|share| d.abs() * Quad::of(simd, share));
-                    for (most, each) in most.iter_mut().zip(each) {
-                        *most = most.max(each);
-                    }
-                },
-            );
-            let [speed, push, jerk, _] =
-                Quad::largest([most[0], most[1], most[2], most[2]]).lanes();
-            self.straight = Some([speed, push, jerk]);
+            let most = self.on.most(simd, knots[piece], &self.shares, |[d, ..]| [d; 3]);
+            self.straight = Some(most);
         }
     }
 
-    /// Returns by how much the whole would have to be slowed (at least 1) at a place on the present stretch, passed with either of two
-    /// jerks.
+    /// Returns the shares of the limits that are taken at a place on the present stretch: of speed and acceleration, and of jerk with
+    /// either of two.
     #[inline(always)]
-    fn here<S: Wide>(&self, simd: S, at: &State, jerks: [f64; 2]) -> [f64; 2] {
+    fn here<S: Wide>(&self, simd: S, at: &State, jerks: [f64; 2]) -> Quad<S> {
         let State { s, v, a } = *at;
-        let shares = if let Some(most) = self.straight {
-            let each = [most[0] * v, most[1] * a, most[2] * jerks[0], most[2] * jerks[1]];
-            Quad::of(simd, each).abs()
-        } else {
-            self.bent(simd, (s, v, a), jerks)
-        };
-        if Quad::all(simd, 1.0).below(shares).is_nowhere() {
-            [1.0; 2]
-        } else {
-            slower(shares.lanes())
+        match self.straight {
+            Some(most) => {
+                let each = [most[0] * v, most[1] * a, most[2] * jerks[0], most[2] * jerks[1]];
+                Quad::of(simd, each).abs()
+            }
+            None => self.bent(simd, (s, v, a), jerks),
         }
     }
 
-    /// Returns the shares of the limits of speed, acceleration and jerk that are taken.
+    /// As [`Self::here`], where the stretch is not straight.
     #[inline(always)]
     fn bent<S: Wide>(&self, simd: S, (s, v, a): (f64, f64, f64), jerks: [f64; 2]) -> Quad<S> {
         let all = |x: f64| Quad::all(simd, x);
         let (fast, push, vv) = (all(v), all(a), all(v * v));
         let (va, vvv) = (all(3.0 * v * a), all(v * v * v));
-        let jerks = jerks.map(all);
+        let jerks = [all(jerks[0]), all(jerks[1])];
         let mut most = [all(0.0); 4];
         let shares = &self.shares;
-        self.slopes.at(
+        self.on.at(
             simd,
-            self.piece,
             s,
             #[inline(always)]
             |k, [d, dd, ddd]| {
-                let [speed, acceleration, jerk] = shares[k].map(|share| Quad::of(simd, share));
+                let [speed, acceleration, jerk] = shares[k];
+                let (speed, acceleration) = (Quad::of(simd, speed), Quad::of(simd, acceleration));
+                let jerk = Quad::of(simd, jerk);
                 let bends = dd * va + ddd * vvv;
                 most[0] = most[0].max((d * fast).abs() * speed);
                 most[1] = most[1].max((d * push + dd * vv).abs() * acceleration);
@@ -142,44 +134,55 @@ impl<'s, 'c> Looks<'s, 'c> {
         Quad::largest(most)
     }
 
-    /// Returns, where all the way to `to` is on the same straight stretch, by how much the whole would have to be slowed where the
-    /// speed is highest: along what is straight the limits are passed most there or at the ends.
+    /// Returns, where all the way to `to` is on the same straight stretch, the share of the limit that the highest speed takes if that is
+    /// between the ends: along what is straight the limits are passed most there or at the ends.
+    #[inline(always)]
     fn straight_till(&self, to: &State, from: &State, jerk: f64) -> Option<f64> {
-        let [most, ..] = self.straight?;
-        if to.s >= self.curve().knots()[self.piece + 1] {
-            return None;
-        }
+        let [most, ..] = self.straight.filter(|_| to.s < self.end)?;
         let turns = from.a * to.a < 0.0;
-        Some(if turns { most * from.after(-from.a / jerk, jerk).v.abs() } else { 1.0 })
+        Some(if turns { most * from.after(-from.a / jerk, jerk).v.abs() } else { 0.0 })
     }
 
     /// Goes on to the stretch that `to` lies on; where stretches meet since `from`, both sides of that are looked at.
     #[inline(always)]
-    fn cross<S: Wide>(&mut self, simd: S, from: &State, to: &State, jerk: f64) -> f64 {
-        let mut passed = 1.0_f64;
-        let knots = self.curve().knots();
-        while self.piece + 2 < knots.len() && to.s >= knots[self.piece + 1] {
-            let met = knots[self.piece + 1];
-            let way = to.s - from.s;
+    fn cross<S: Wide>(
+        &mut self,
+        simd: S,
+        (from, to): (&State, &State),
+        jerk: f64,
+        mut most: Quad<S>,
+    ) -> Quad<S> {
+        while to.s >= self.end {
+            let (met, way) = (self.end, to.s - from.s);
             let share = if way > 0.0 { ((met - from.s) / way).clamp(0.0, 1.0) } else { 1.0 };
             let then =
                 State { s: met, v: mixed(from.v, to.v, share), a: mixed(from.a, to.a, share) };
-            for side in 0..2 {
-                passed = passed.max(self.here(simd, &then, [jerk; 2])[0]);
-                if side == 0 {
-                    self.enter(simd, self.piece + 1);
-                }
-            }
+            most = most.max(self.here(simd, &then, [jerk; 2]));
+            self.enter(simd, self.piece + 1);
+            most = most.max(self.here(simd, &then, [jerk; 2]));
         }
-        passed
+        most
     }
 }
 
-/// Returns by how much all is to be slowed for these shares of the limits: of a speed, an acceleration and either of two jerks.
-#[cold]
-fn slower([speed, acceleration, first, second]: Four) -> [f64; 2] {
+/// Returns the shares that are taken at a place as the way goes on from there, with the second of both jerks.
+#[inline(always)]
+fn onward<S: Wide>(shares: Quad<S>) -> Quad<S> {
+    let [speed, acceleration, _, jerk] = shares.lanes();
+    Quad::of(shares.simd(), [speed, acceleration, jerk, jerk])
+}
+
+/// Returns by how much all is to be slowed (at least 1) for the largest shares of the limits met up to a place: of speed, acceleration
+/// and jerk; the last, of the jerk from there on, does not count.
+#[inline(always)]
+fn slower<S: Wide>(most: Quad<S>) -> f64 {
+    const COUNT: u8 = 0b0111;
+    if Quad::all(most.simd(), 1.0).below(most).bits() & COUNT == 0 {
+        return 1.0;
+    }
+    let [speed, acceleration, jerk, _] = most.lanes();
     let slower = speed.max(acceleration.sqrt()).max(1.0);
-    [first, second].map(|jerk| if jerk > slower.powi(3) { cube_root(jerk) } else { slower })
+    if jerk > slower.powi(3) { cube_root(jerk) } else { slower }
 }
 
 /// [`Looks::mean`].
@@ -188,6 +191,7 @@ struct Mean<'l, 's, 'c> {
     times: &'l [f64],
     pushes: &'l [f64],
     window: f64,
+    enough: f64,
     over: &'l mut [f64],
 }
 
@@ -196,50 +200,49 @@ impl Job for Mean<'_, '_, '_> {
 
     #[inline(always)]
     fn with<S: Wide>(self, simd: S) -> f64 {
-        let Self { looks, times, pushes, window, over } = self;
-        let last = times.len() - 1;
+        let Self { looks, times, pushes, window, enough, over } = self;
+        let (last, per) = (times.len() - 1, window.recip());
         let push = |passed: usize| if passed == 0 { 0.0 } else { pushes[passed - 1] };
-        let jerk_after = |now: usize, then: usize| (push(now) - push(then)) / window;
         let mut worst = 1.0_f64;
         // Knots that the profile has passed, and the profile a window ago: until either passes one more, the motion along
         // the curve is one cubic.
         let (mut now, mut then, mut t) = (1, 0, 0.0);
-        let (mut at, mut jerk) = (REST, jerk_after(1, 0));
+        let (mut at, mut jerk) = (REST, push(now) * per);
         looks.enter(simd, 0);
-        let [_, mut passed] = looks.here(simd, &at, [0.0, jerk]);
-        while then <= last {
+        let mut most = looks.here(simd, &at, [jerk; 2]);
+        while then <= last && worst <= enough {
             let knots = then.saturating_sub(1)..=now.min(last);
             let next_now = times.get(now).copied().unwrap_or(f64::INFINITY);
             let next_then = times[then] + window;
-            let end = next_now.min(next_then);
+            let end = if next_now < next_then { next_now } else { next_then };
+            // Which of them comes first is as good as chance: no branch would foretell it.
             now += usize::from(next_now <= end);
             then += usize::from(next_then <= end);
-            let jerk_then = if then > last { 0.0 } else { jerk_after(now.min(last + 1), then) };
-            let (begin, takes) = (at, end - t);
-            let mut steps = 1;
-            if let Some(highest) = looks.straight_till(&begin.after(takes, jerk), &begin, jerk) {
-                passed = passed.max(highest);
+            let next_jerk = (push(now) - push(then)) * per;
+            let takes = end - t;
+            let to = at.after(takes, jerk);
+            if let Some(peak) = looks.straight_till(&to, &at, jerk) {
+                most = most.max(Quad::of(simd, [peak, 0.0, 0.0, 0.0]));
             } else if takes > LOOK {
-                steps = (takes / LOOK).ceil() as usize;
+                let (begin, steps) = (at, (takes / LOOK).ceil() as usize);
+                for k in 1..steps {
+                    let between = begin.after(takes * k as f64 / steps as f64, jerk);
+                    most = looks.cross(simd, (&at, &between), jerk, most);
+                    most = most.max(looks.here(simd, &between, [jerk; 2]));
+                    at = between;
+                }
             }
-            let mut sides = [1.0; 2];
-            for k in 1..=steps {
-                let is_end = k == steps;
-                let share = if is_end { takes } else { takes * k as f64 / steps as f64 };
-                let next = begin.after(share, jerk);
-                passed = passed.max(looks.cross(simd, &at, &next, jerk));
-                // At the end the jerk jumps: both sides are looked at.
-                sides = looks.here(simd, &next, [jerk, if is_end { jerk_then } else { jerk }]);
-                passed = passed.max(sides[0]);
-                at = next;
-            }
+            most = looks.cross(simd, (&at, &to), jerk, most);
+            // At the end the jerk jumps: both sides are looked at.
+            let sides = looks.here(simd, &to, [jerk, next_jerk]);
+            let passed = slower(most.max(sides));
             if passed > 1.0 {
                 worst = worst.max(passed);
                 for over in &mut over[knots] {
-                    *over = over.max(passed);
+                    *over = if passed > *over { passed } else { *over };
                 }
             }
-            (t, jerk, passed) = (end, jerk_then, sides[1]);
+            (t, at, jerk, most) = (end, to, next_jerk, onward(sides));
         }
         worst
     }
@@ -259,22 +262,27 @@ impl Job for Each<'_, '_, '_, '_> {
     fn with<S: Wide>(self, simd: S) -> f64 {
         let Self { looks, spans, passing } = self;
         looks.enter(simd, 0);
-        let mut worst = 1.0_f64;
+        let (mut worst, mut onwards) = (1.0_f64, Quad::all(simd, 0.0));
         for k in 0..spans.len() {
             let piece = spans.piece(k);
             if piece != looks.piece {
                 looks.enter(simd, piece);
             }
             let (begin, takes, jerk) = spans.span(k);
-            let mut passed = looks.here(simd, &begin, [jerk; 2])[0];
-            let steps = if looks.straight.is_some() { 1.0 } else { LOOKS };
-            for n in 1..=steps as usize {
-                let at = begin.after(takes * n as f64 / steps, jerk);
-                passed = passed.max(looks.here(simd, &at, [jerk; 2])[0]);
-                if let Some(highest) = looks.straight_till(&at, &begin, jerk) {
-                    passed = passed.max(highest);
+            // The end of a span is the start of the next, which has another jerk.
+            let is_seen = k > 0 && spans.piece(k - 1) == piece;
+            let next = if k + 1 < spans.len() { spans.span(k + 1).2 } else { 0.0 };
+            let mut most = if is_seen { onwards } else { looks.here(simd, &begin, [jerk; 2]) };
+            let steps = if looks.straight.is_some() { 1 } else { LOOKS };
+            for n in 1..=steps {
+                let at = begin.after(takes * f64::from(n) / f64::from(steps), jerk);
+                let sides = looks.here(simd, &at, [jerk, next]);
+                (most, onwards) = (most.max(sides), onward(sides));
+                if let Some(peak) = looks.straight_till(&at, &begin, jerk) {
+                    most = most.max(Quad::of(simd, [peak, 0.0, 0.0, 0.0]));
                 }
             }
+            let passed = slower(most);
             if passed > 1.0 {
                 worst = worst.max(passed);
                 passing.exceeds(piece, passed);

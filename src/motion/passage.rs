@@ -10,10 +10,16 @@
 //! Source: Verscheure et al., "Time-optimal path tracking for robots: a convex optimization approach", TAC 2009 (the square of
 //! the speed as unknown); inner approximation of what is not convex: Marks and Wright, Operations Research 1978.
 
-use super::curve::{At, Curve};
+#![expect(clippy::inline_always, reason = "what is not inlined into the job misses the registers")]
+
+use std::sync::LazyLock;
+
+use super::lanes::Wide;
 use super::linear::Bounds;
-use super::profile::Limits;
+use super::profile::cube_root;
+use super::quad::Quad;
 use super::ramp::{Along, Span, State};
+use super::slopes::{Four, Slopes};
 
 /// Coefficients of a passage.
 const N: usize = 6;
@@ -54,18 +60,19 @@ fn dot(a: &[f64; N], b: &[f64; N]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What all corners share.
-pub(super) struct Places {
-    asked: Vec<Basis>,
-    spans: Vec<Basis>,
+/// Places along a corner, 0 to 1, and the polynomials there: what all corners share.
+struct Places {
+    asked: [(f64, Basis); PLACES],
+    spans: [(f64, Basis); SPANS + 1],
 }
 
-impl Places {
-    pub(super) fn new() -> Self {
-        let along = |n: usize| (0..=n).map(|k| basis(share(k, n))).collect();
-        Self { asked: along(PLACES - 1), spans: along(SPANS) }
+static ALONG: LazyLock<Places> = LazyLock::new(|| {
+    let at = |k: usize, n: usize| (share(k, n), basis(share(k, n)));
+    Places {
+        asked: std::array::from_fn(|k| at(k, PLACES - 1)),
+        spans: std::array::from_fn(|k| at(k, SPANS)),
     }
-}
+});
 
 /// One corner, and how it is passed.
 pub(super) struct Passage {
@@ -82,39 +89,45 @@ pub(super) struct Passage {
 }
 
 impl Passage {
-    /// Finds how the stretch numbered `piece` is passed, `sides` being the straight ones before and after it, and the highest speeds
-    /// there.
-    pub(super) fn of(
-        curve: &Curve,
-        piece: usize,
-        limits: &Limits,
+    /// Finds how the stretch numbered `piece` is passed: `per` has one over each limit (of speeds, accelerations and jerks), `sides`
+    /// the straight stretches before and after it and the highest speeds there.
+    #[inline(always)]
+    pub(super) fn of<S: Wide>(
+        simd: S,
+        (slopes, piece): (&Slopes, usize),
+        per: &[[Four; 3]],
         sides: [(Along, f64); 2],
-        places: &Places,
         bounds: &mut Bounds<N>,
     ) -> Self {
-        let [begin, end] = [curve.knots()[piece], curve.knots()[piece + 1]];
+        let [begin, end] = [slopes.curve().knots()[piece], slopes.curve().knots()[piece + 1]];
         let length = end - begin;
-        let mut at = vec![At::new(limits.velocity.len()); PLACES];
-        let mut steady = f64::INFINITY;
-        for (k, at) in at.iter_mut().enumerate() {
-            curve.slopes(piece, begin + length * share(k, PLACES - 1), at);
-            steady = steady.min(steady_at(at, limits));
+        let places = &ALONG.asked;
+        let on = slopes.on(piece);
+        // What is steady keeps all limits at every place.
+        let (mut alone, mut steady) = ([([0.0; N], 0.0); PLACES + 2], f64::INFINITY);
+        for ((share, basis), alone) in places.iter().zip(&mut alone) {
+            let [speed, push, turn] = on.most(simd, begin + length * share, per, |each| each);
+            *alone = (basis[0], speed.powi(-2));
+            steady = steady.min(speed.powi(-2)).min(push.recip()).min(cube_root(turn).powi(-2));
         }
         let steady = INSIDE * steady;
         bounds.clear();
-        for (at, basis) in at.iter().zip(&places.asked) {
-            bound(bounds, at, basis, length, limits, steady);
+        for (share, basis) in places {
+            let limited = Limited { basis, length, steady };
+            on.at(
+                simd,
+                begin + length * share,
+                #[inline(always)]
+                |k, slopes| limited.bound(bounds, slopes, &per[k]),
+            );
         }
         // It brakes where it begins and pushes where it ends, or does neither.
-        let mut flat = [0.0; N];
-        (flat[0], flat[1]) = (-1.0, 1.0);
-        bounds.push(&flat, 0.0);
-        flat = [0.0; N];
-        (flat[N - 2], flat[N - 1]) = (1.0, -1.0);
-        bounds.push(&flat, 0.0);
+        (alone[PLACES].0[0], alone[PLACES].0[1]) = (-1.0, 1.0);
+        (alone[PLACES + 1].0[N - 2], alone[PLACES + 1].0[N - 1]) = (1.0, -1.0);
+        bounds.push_each(&alone);
         let mut best = [steady; N];
-        bounds.climb(&worth(&best, length, sides, places), &mut best);
-        if places.asked.iter().any(|basis| dot(&best, &basis[0]) < SLOWEST * steady) {
+        bounds.climb(simd, &worth(&best, length, sides), &mut best);
+        if places.iter().any(|(_, basis)| dot(&best, &basis[0]) < SLOWEST * steady) {
             best = [steady; N];
         }
         Self { length, steady, best, share: 1.0, slower: 1.0, excess: 1.0 }
@@ -132,14 +145,14 @@ impl Passage {
     }
 
     /// Returns spans of constant jerk that pass it, and the speed and the acceleration at its end.
-    pub(super) fn spans(&self, places: &Places, out: &mut Vec<Span>) -> (f64, f64) {
+    pub(super) fn spans(&self, out: &mut Vec<Span>) -> (f64, f64) {
         let x = self.coefficients();
         let (v, a) = self.begins();
         let mut state = State { s: 0.0, v, a };
-        for (k, basis) in places.spans.iter().enumerate().skip(1) {
+        for (share, basis) in &ALONG.spans[1..] {
             // With a constant jerk from `a` to `next`, `size = v t + (2 a + next) t² / 6`.
             let next = 0.5 * dot(&x, &basis[1]) / self.length;
-            let size = self.length * share(k, SPANS) - state.s;
+            let size = self.length * share - state.s;
             let bent = (2.0 * state.a + next) / 1.5;
             let t = 2.0 * size / (state.v + (state.v * state.v + bent * size).max(0.0).sqrt());
             let jerk = (next - state.a) / t;
@@ -150,59 +163,59 @@ impl Passage {
     }
 }
 
-/// The square of the constant speed that all limits allow at a place.
-fn steady_at(at: &At, limits: &Limits) -> f64 {
-    let mut most = f64::INFINITY;
-    for i in 0..at.dq.len() {
-        let over = |limit: f64, x: f64| limit / x.abs().max(1e-12);
-        let fast = over(limits.velocity[i], at.dq[i]).powi(2);
-        let turn = over(limits.jerk[i], at.dddq[i]).cbrt().powi(2);
-        most = most.min(fast).min(turn).min(over(limits.acceleration[i], at.ddq[i]));
-    }
-    most
+/// A place where limits are asked for: the square of the speed is sought along a corner of some length, about a steady one.
+struct Limited<'b> {
+    basis: &'b Basis,
+    length: f64,
+    steady: f64,
 }
 
-/// Adds the limits at a place, where the square of the speed was `x`.
-fn bound(bounds: &mut Bounds<N>, at: &At, basis: &Basis, length: f64, limits: &Limits, x: f64) {
-    let [value, first, second] = basis;
-    // The acceleration along the curve is half the slope of the square of the speed; the jerk is its slope times the speed.
-    let (push, turn) = (0.5 / length, 0.5 / (length * length));
-    let mut fast = f64::INFINITY;
-    for i in 0..at.dq.len() {
-        let (d, dd, ddd) = (at.dq[i], at.ddq[i], at.dddq[i]);
-        fast = fast.min((limits.velocity[i] / d.abs().max(1e-12)).powi(2));
-        let per = limits.acceleration[i].recip();
-        let (a, b) = (per * d * push, per * dd);
-        let row: [f64; N] = std::array::from_fn(|k| a * first[k] + b * value[k]);
-        bounds.push(&row, 1.0);
-        bounds.push(&row.map(|x| -x), 1.0);
+impl Limited<'_> {
+    /// Adds the limits of acceleration and jerk of four joints, by the three derivatives there and one over the limits.
+    #[inline(always)]
+    fn bound<S: Wide>(&self, bounds: &mut Bounds<N>, slopes: [Quad<S>; 3], per: &[Four; 3]) {
+        let [d, dd, ddd] = slopes;
+        let simd = d.simd();
+        let all = |x: f64| Quad::all(simd, x);
+        let (acceleration, jerk) = (Quad::of(simd, per[1]), Quad::of(simd, per[2]));
+        // The acceleration along the curve is half the slope of the square of the speed; the jerk is its slope times the speed.
+        let (push, turn) = (0.5 / self.length, 0.5 / (self.length * self.length));
+        let pushed = [acceleration * dd, acceleration * d * all(push)];
+        let jerked = [jerk * ddd, jerk * dd * all(3.0 * push), jerk * d * all(turn)];
         // `J / √x` lies above its tangent.
-        let per = limits.jerk[i].recip();
-        let (a, b, c) = (per * d * turn, per * 3.0 * dd * push, per * ddd);
-        let (most, tangent) = (1.5 / x.sqrt(), 0.5 / (x * x.sqrt()));
-        let row: [f64; N] = std::array::from_fn(|k| a * second[k] + b * first[k] + c * value[k]);
-        let over = value.map(|value| tangent * value);
-        bounds.push(&std::array::from_fn(|k| over[k] + row[k]), most);
-        bounds.push(&std::array::from_fn(|k| over[k] - row[k]), most);
+        let root = self.steady.sqrt();
+        let (most, tangent) = (1.5 / root, 0.5 / (self.steady * root));
+        let [mut push, mut brake, mut more, mut less] = [[all(0.0); N]; 4];
+        for k in 0..N {
+            let (value, first) = (all(self.basis[0][k]), all(self.basis[1][k]));
+            let (second, over) = (all(self.basis[2][k]), all(tangent * self.basis[0][k]));
+            push[k] = pushed[0] * value + pushed[1] * first;
+            brake[k] = -push[k];
+            let row = jerked[0] * value + jerked[1] * first + jerked[2] * second;
+            (more[k], less[k]) = (over + row, over - row);
+        }
+        bounds.push(&push, all(1.0));
+        bounds.push(&brake, all(1.0));
+        bounds.push(&more, all(most));
+        bounds.push(&less, all(most));
     }
-    bounds.push(value, fast);
 }
 
 /// How much time each coefficient saves.
-fn worth(x: &[f64; N], length: f64, sides: [(Along, f64); 2], places: &Places) -> [f64; N] {
+fn worth(x: &[f64; N], length: f64, sides: [(Along, f64); 2]) -> [f64; N] {
+    let places = &ALONG.asked;
     let mut worth = [0.0; N];
     let mut add = |share: f64, basis: &[f64; N]| {
         worth.iter_mut().zip(basis).for_each(|(worth, basis)| *worth += share * basis);
     };
-    for (k, basis) in places.asked.iter().enumerate() {
-        let place = |k: usize| share(k, PLACES - 1);
-        let around = place((k + 1).min(PLACES - 1)) - place(k.saturating_sub(1));
+    for (k, (_, basis)) in places.iter().enumerate() {
+        let around = places[(k + 1).min(PLACES - 1)].0 - places[k.saturating_sub(1)].0;
         let x = dot(x, &basis[0]);
         add(0.25 * around * length / (x * x.sqrt()), &basis[0]);
     }
     // Beside the corner a speed that is there already need not be reached, and a push that is there need not grow; what is gained
     // is the time less what it takes at the highest speed to go as far.
-    let ends = [(&places.asked[0], -1.0), (&places.asked[PLACES - 1], 1.0)];
+    let ends = [(&places[0].1, -1.0), (&places[PLACES - 1].1, 1.0)];
     for ((side, highest), (basis, sign)) in sides.into_iter().zip(ends) {
         let v = dot(x, &basis[0]).sqrt();
         let a = sign * 0.5 * dot(x, &basis[1]) / length;

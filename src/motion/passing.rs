@@ -4,12 +4,17 @@
 //! next ([`super::ramp`]). Where one is too short for that, the corners beside it are passed more steadily. Not every curve can be
 //! timed so: [`super::timing`] has the way for the others.
 
-use super::curve::{At, Curve};
-use super::linear::Bounds;
-use super::passage::{Passage, Places};
-use super::profile::Limits;
-use super::ramp::{Along, Span, State};
+#![expect(clippy::inline_always, reason = "what is not inlined into the job misses the registers")]
 
+use super::curve::Curve;
+use super::lanes::{Job, Wide, run};
+use super::linear::Bounds;
+use super::passage::Passage;
+use super::ramp::{Along, Span, State};
+use super::slopes::{Four, Slopes};
+
+/// Lists of four bounds that a corner of an arm of seven or eight joints has, to ask for their memory at once.
+const FOURS: usize = 84;
 /// Shares of the best passage that are tried, where a straight stretch is too short. Chosen.
 const SHARES: [f64; 5] = [1.0, 0.7, 0.4, 0.2, 0.0];
 
@@ -77,39 +82,18 @@ pub(super) struct Passing<'c> {
     curve: &'c Curve,
     edges: Vec<Along>,
     corners: Vec<Passage>,
-    places: Places,
 }
 
 impl<'c> Passing<'c> {
-    /// Finds how each corner is passed, if the curve is one of edges and corners in turn.
-    pub(super) fn of(curve: &'c Curve, limits: &Limits) -> Option<Self> {
+    /// Finds how each corner is passed, if the curve is one of edges and corners in turn; `per` has one over each limit of four joints:
+    /// speeds, accelerations, jerks.
+    pub(super) fn of(slopes: &Slopes<'c>, per: &[[Four; 3]]) -> Option<Self> {
+        let curve = slopes.curve();
         let pieces = curve.knots().len() - 1;
         if pieces.is_multiple_of(2) || (0..pieces).any(|k| curve.is_straight(k) == (k % 2 == 1)) {
             return None;
         }
-        let size = |k: usize| curve.knots()[k + 1] - curve.knots()[k];
-        let mut at = At::new(limits.velocity.len());
-        let edges: Vec<Along> = (0..pieces)
-            .step_by(2)
-            .map(|k| {
-                curve.slopes(k, curve.knots()[k], &mut at);
-                let least = |limits: &[f64]| {
-                    let each = at.dq.iter().zip(limits).map(|(d, most)| most / d.abs().max(1e-12));
-                    each.fold(f64::INFINITY, f64::min)
-                };
-                let (v, a) = (least(&limits.velocity), least(&limits.acceleration));
-                Along { v, a, j: least(&limits.jerk) }
-            })
-            .collect();
-        let (places, mut bounds) = (Places::new(), Bounds::with_capacity(512));
-        let highest = |k: usize| edges[k].v.min((edges[k].a * size(2 * k)).sqrt());
-        let corners = (1..edges.len())
-            .map(|k| {
-                let sides = [k - 1, k].map(|k| (edges[k], highest(k)));
-                Passage::of(curve, 2 * k - 1, limits, sides, &places, &mut bounds)
-            })
-            .collect();
-        Some(Self { curve, edges, corners, places })
+        Some(run(Pass { slopes, per }))
     }
 
     /// Takes note that limits are passed on a stretch, where all is to be so many times as slow.
@@ -131,7 +115,7 @@ impl<'c> Passing<'c> {
     pub(super) fn timed(&mut self) -> Option<Spans> {
         // Every edge may ask for every share.
         for _ in 0..SHARES.len() * self.edges.len() {
-            let edge = match joined(self.curve, &self.edges, &self.corners, &self.places) {
+            let edge = match joined(self.curve, &self.edges, &self.corners) {
                 Ok(spans) => return Some(spans),
                 Err(edge) => edge,
             };
@@ -150,13 +134,43 @@ impl<'c> Passing<'c> {
     }
 }
 
+/// [`Passing::of`], of a curve of edges and corners.
+struct Pass<'s, 'c> {
+    slopes: &'s Slopes<'c>,
+    per: &'s [[Four; 3]],
+}
+
+impl<'c> Job for Pass<'_, 'c> {
+    type Found = Passing<'c>;
+
+    #[inline(always)]
+    fn with<S: Wide>(self, simd: S) -> Passing<'c> {
+        let Self { slopes, per } = self;
+        let curve = slopes.curve();
+        let knots = curve.knots();
+        let edges: Vec<Along> = (0..knots.len() - 1)
+            .step_by(2)
+            .map(|k| {
+                let [v, a, j] = slopes.on(k).most(simd, knots[k], per, |[d, ..]| [d; 3]);
+                Along { v: v.recip(), a: a.recip(), j: j.recip() }
+            })
+            .collect();
+        let highest = |k: usize| {
+            let size = knots[2 * k + 1] - knots[2 * k];
+            (edges[k], edges[k].v.min((edges[k].a * size).sqrt()))
+        };
+        let mut bounds = Bounds::with_capacity(FOURS);
+        let mut corners = Vec::with_capacity(edges.len());
+        for k in 1..edges.len() {
+            let sides = [highest(k - 1), highest(k)];
+            corners.push(Passage::of(simd, (slopes, 2 * k - 1), per, sides, &mut bounds));
+        }
+        Passing { curve, edges, corners }
+    }
+}
+
 /// Joins corners by edges; or says which edge is too short.
-fn joined(
-    curve: &Curve,
-    edges: &[Along],
-    corners: &[Passage],
-    places: &Places,
-) -> Result<Spans, usize> {
+fn joined(curve: &Curve, edges: &[Along], corners: &[Passage]) -> Result<Spans, usize> {
     let mut spans = Spans::with_capacity(20 * edges.len());
     let mut from = (0.0, 0.0);
     let mut passing = Vec::new();
@@ -166,7 +180,7 @@ fn joined(
         spans.go(2 * k, &edge.between(from, to, length).ok_or(k)?);
         if let Some(corner) = corners.get(k) {
             passing.clear();
-            from = corner.spans(places, &mut passing);
+            from = corner.spans(&mut passing);
             spans.go(2 * k + 1, &passing);
         }
     }

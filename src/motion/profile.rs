@@ -171,18 +171,16 @@ impl Job for Knots<'_, '_> {
             let mut most = [none; 3];
             if piece > 0 && knots[piece] >= s {
                 // Where two stretches meet only the third derivative jumps.
-                slopes.at(
+                slopes.on(piece - 1).at(
                     simd,
-                    piece - 1,
                     s,
                     #[inline(always)]
                     |k, [.., ddd]| most[0] = most[0].max(ddd.abs() / Quad::of(simd, jerks[k])),
                 );
             }
             let bounds = &mut shape.bounds;
-            slopes.at(
+            slopes.on(piece).at(
                 simd,
-                piece,
                 s,
                 #[inline(always)]
                 |k, [d, dd, ddd]| {
@@ -294,7 +292,8 @@ fn grid(curve: &Curve) -> Vec<f64> {
     let near = [1e-5, 1e-4, 4e-4, 1e-3, 2e-3, 4e-3, 7e-3];
     grid.extend(near.iter().map(|share| share * length));
     grid.extend(near.iter().map(|share| length - share * length));
-    grid.sort_unstable_by(f64::total_cmp);
+    // Nearly sorted, which the stable sort makes use of.
+    grid.sort_by(f64::total_cmp);
     grid.dedup_by(|b, a| *b - *a < 1e-7 * length);
     if let Some(last) = grid.last_mut() {
         *last = length;

@@ -2,6 +2,8 @@
 //!
 //! As [`super::lanes`], which has eight in single precision and finds out what there is: no product is fused with a sum and
 //! every lane is worked out as one number would be, so all machines find the same bits.
+//!
+//! Arrays of these are gone through by loops: what `map` and `from_fn` call is not always inlined, and then misses the registers.
 
 #![expect(clippy::inline_always, reason = "what is not inlined into the job misses the registers")]
 
@@ -93,9 +95,8 @@ impl<S: Wide> Quad<S> {
 
     /// Returns the largest number of each of four.
     #[inline(always)]
-    pub(super) fn largest(fours: [Self; 4]) -> Self {
-        let simd = fours[0].simd;
-        Self { lanes: simd.largest_of_each(fours.map(|four| four.lanes)), simd }
+    pub(super) fn largest([a, b, c, d]: [Self; 4]) -> Self {
+        Self { lanes: a.simd.largest_of_each([a.lanes, b.lanes, c.lanes, d.lanes]), ..a }
     }
 
     /// Returns where this is below another.

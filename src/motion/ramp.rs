@@ -13,11 +13,14 @@ pub(super) struct State {
     pub(super) a: f64,
 }
 
+/// A product takes a fraction of the time of a quotient.
+const SIXTH: f64 = 1.0 / 6.0;
+
 impl State {
     /// After `t` s at a constant jerk.
     pub(super) fn after(&self, t: f64, jerk: f64) -> Self {
         Self {
-            s: self.s + t * (self.v + t * (self.a / 2.0 + t * jerk / 6.0)),
+            s: self.s + t * (self.v + t * (self.a / 2.0 + t * jerk * SIXTH)),
             v: self.v + t * (self.a + t * jerk / 2.0),
             a: self.a + t * jerk,
         }

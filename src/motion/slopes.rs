@@ -85,19 +85,29 @@ impl<'c> Slopes<'c> {
         self.curve
     }
 
-    /// Gives the first three derivatives at `s` on a stretch to `each`, four joints after the other.
+    /// Returns a stretch.
+    #[inline]
+    pub(super) fn on(&self, piece: usize) -> On<'_> {
+        let legs = &self.legs[piece * self.fours..][..self.fours];
+        On { stretch: self.stretches[piece], legs }
+    }
+}
+
+/// A stretch of a curve, of which derivatives are asked for.
+#[derive(Clone, Copy)]
+pub(super) struct On<'s> {
+    stretch: Stretch,
+    legs: &'s [[Four; 3]],
+}
+
+impl On<'_> {
+    /// Gives the first three derivatives at `s` to `each`, four joints after the other.
     #[inline(always)]
-    pub(super) fn at<S: Wide>(
-        &self,
-        simd: S,
-        piece: usize,
-        s: f64,
-        each: impl FnMut(usize, [Quad<S>; 3]),
-    ) {
+    pub(super) fn at<S: Wide>(&self, simd: S, s: f64, each: impl FnMut(usize, [Quad<S>; 3])) {
         // Loops of known length are unrolled: two lists are those of most arms.
-        match self.fours {
-            2 => self.sized(simd, 2, (piece, s), each),
-            n => self.sized(simd, n, (piece, s), each),
+        match <&[_; 2]>::try_from(self.legs) {
+            Ok(two) => self.sized(simd, two, s, each),
+            Err(_) => self.sized(simd, self.legs, s, each),
         }
     }
 
@@ -105,18 +115,18 @@ impl<'c> Slopes<'c> {
     fn sized<S: Wide>(
         &self,
         simd: S,
-        n: usize,
-        (piece, s): (usize, f64),
+        legs: &[[Four; 3]],
+        s: f64,
         mut each: impl FnMut(usize, [Quad<S>; 3]),
     ) {
-        let Stretch { begin, per, bends } = self.stretches[piece];
-        let legs = &self.legs[piece * n..][..n];
+        let Stretch { begin, per, bends } = self.stretch;
         let t = s - begin;
         if bends {
             let ([_, a1, a2, a3], [_, b1, b2, b3]) = bend((t * per).clamp(0.0, 1.0));
             let (p, pp, ppp) = (per, per * per, per * per * per);
-            let [a1, a2, a3] = [a1 * p, a2 * pp, a3 * ppp].map(|x| Quad::all(simd, x));
-            let [b1, b2, b3] = [b1 * p, b2 * pp, b3 * ppp].map(|x| Quad::all(simd, x));
+            let all = |x: f64| Quad::all(simd, x);
+            let (a1, a2, a3) = (all(a1 * p), all(a2 * pp), all(a3 * ppp));
+            let (b1, b2, b3) = (all(b1 * p), all(b2 * pp), all(b3 * ppp));
             for (k, [first, second, _]) in legs.iter().enumerate() {
                 let (a, b) = (Quad::of(simd, *first), Quad::of(simd, *second));
                 each(k, [a1 * a + b1 * b, a2 * a + b2 * b, a3 * a + b3 * b]);
@@ -129,6 +139,33 @@ impl<'c> Slopes<'c> {
                 each(k, [first + t * (second + half * third), second + t * third, third]);
             }
         }
+    }
+
+    /// Returns the largest sizes of three numbers of each joint, made of the derivatives at `s` by `of`, as shares: `per` has one over what
+    /// each is measured by.
+    #[inline(always)]
+    pub(super) fn most<S: Wide>(
+        &self,
+        simd: S,
+        s: f64,
+        per: &[[Four; 3]],
+        of: impl Fn([Quad<S>; 3]) -> [Quad<S>; 3],
+    ) -> [f64; 3] {
+        let none = Quad::all(simd, 0.0);
+        let mut most = [none; 3];
+        self.at(
+            simd,
+            s,
+            #[inline(always)]
+            |k, slopes| {
+                let each = of(slopes);
+                for i in 0..3 {
+                    most[i] = most[i].max(each[i].abs() * Quad::of(simd, per[k][i]));
+                }
+            },
+        );
+        let [a, b, c, _] = Quad::largest([most[0], most[1], most[2], none]).lanes();
+        [a, b, c]
     }
 }
 
@@ -147,7 +184,7 @@ mod tests {
         #[inline(always)]
         fn with<S: Wide>(self, simd: S) -> Vec<[Four; 3]> {
             let mut found = Vec::new();
-            self.0.at(simd, self.1, self.2, |_, each| found.push(each.map(Quad::lanes)));
+            self.0.on(self.1).at(simd, self.2, |_, each| found.push(each.map(Quad::lanes)));
             found
         }
     }

@@ -31,6 +31,10 @@ const SHORT: f64 = 20.0;
 /// A share by which limits may be passed before another round is worth its time; the whole is slowed by it.
 const NEARLY: f64 = 1.003;
 
+/// By how much a motion has to be slowed that passes its jerk limits twofold: the cube root of two. In a window twice as long it is
+/// likely to keep them, so that one is looked at before any more is asked of this.
+const TWOFOLD: f64 = 1.26;
+
 /// How often corners that pass limits are looked at and made slower. Chosen: after the first time hardly any passes them.
 const TRIES: usize = 3;
 
@@ -46,14 +50,8 @@ pub(super) enum Timing {
 impl Timing {
     /// Times a curve; also returns by how much the whole has to be slowed for the limits to hold (at least 1).
     pub(super) fn of(curve: &Curve, limits: &Limits) -> (Self, f64) {
-        let over = |list: &[f64], margin: f64| list.iter().map(|x| x / margin).collect();
-        let within = Limits {
-            velocity: over(&limits.velocity, MARGIN[0]),
-            acceleration: over(&limits.acceleration, MARGIN[1]),
-            jerk: over(&limits.jerk, MARGIN[2]),
-        };
         let slopes = Slopes::of(curve);
-        if let Some((spans, stretch)) = by_corners(&slopes, limits, &within) {
+        if let Some((spans, stretch)) = by_corners(&slopes, limits) {
             return (Self::Spans(spans), stretch);
         }
         let (mean, stretch) = Mean::of(&slopes, limits);
@@ -78,9 +76,9 @@ impl Timing {
 }
 
 /// Times a curve edge by edge and corner by corner, corners slower where they pass limits, if that can be.
-fn by_corners(slopes: &Slopes, limits: &Limits, within: &Limits) -> Option<(Spans, f64)> {
-    let mut passing = Passing::of(slopes.curve(), within)?;
+fn by_corners(slopes: &Slopes, limits: &Limits) -> Option<(Spans, f64)> {
     let mut looks = Looks::new(slopes, limits);
+    let mut passing = Passing::of(slopes, looks.shares())?;
     let mut best: Option<(Spans, f64)> = None;
     for _ in 0..TRIES {
         let spans = passing.timed()?;
@@ -113,14 +111,21 @@ impl Mean {
         let rises = limits.acceleration.iter().zip(&limits.jerk).map(|(a, j)| a / j * MARGIN[2]);
         let rise = rises.fold(0.0, f64::max);
         let profile = fastest(&shape, &vec![1.0; shape.len()]);
-        let first = Round::of(Self { profile, window: rise }, &mut looks);
+        let first = Self { profile, window: rise };
+        let is_short = first.duration() < SHORT * rise;
+        let least = |stretch: f64| if is_short { f64::INFINITY } else { stretch };
+        let mut first = Round::of(first, &mut looks, least(TWOFOLD));
         if first.stretch < NEARLY {
             return (first.timing, first.stretch);
         }
         // In the longer window a push may turn into a brake at once, in the shorter one speeds are reached sooner.
         let longer = Self { window: 2.0 * rise, ..first.timing.clone() };
-        let longer = Round::of(longer, &mut looks);
-        let is_short = first.timing.duration() < SHORT * rise;
+        let is_whole = is_short || first.stretch <= TWOFOLD;
+        let enough = if is_whole { first.takes() / longer.duration() } else { f64::INFINITY };
+        let longer = Round::of(longer, &mut looks, least(enough));
+        if !is_whole && longer.takes() >= first.takes() {
+            first = Round::of(first.timing, &mut looks, f64::INFINITY);
+        }
         let (likelier, other) =
             if longer.takes() < first.takes() { (longer, first) } else { (first, longer) };
         let mut slowed = |begin: Round| slower_where_passed(&shape, &mut looks, begin);
@@ -162,7 +167,8 @@ fn slower_where_passed(shape: &Shape, looks: &mut Looks, begin: Round) -> Round 
             *pace /= over;
         }
         let profile = fastest(shape, &pace);
-        let round = Round::of(Mean { profile, window: best.timing.window }, looks);
+        let timing = Mean { profile, window: best.timing.window };
+        let round = Round::of(timing, looks, f64::INFINITY);
         over.clone_from(&round.over);
         stretch = round.stretch;
         if round.takes() < best.takes() {
@@ -181,10 +187,12 @@ struct Round {
 }
 
 impl Round {
-    fn of(timing: Mean, looks: &mut Looks) -> Self {
+    /// Looks at a timing, to its end or until it is known to have to be slowed by more than `enough`.
+    fn of(timing: Mean, looks: &mut Looks, enough: f64) -> Self {
         let mut over = vec![1.0; timing.profile.times().len()];
         let Mean { profile, window } = &timing;
-        let stretch = looks.mean(profile.times(), profile.pushes(), *window, &mut over);
+        let motion = (profile.times(), profile.pushes());
+        let stretch = looks.mean(motion, *window, enough, &mut over);
         Self { timing, stretch, over }
     }
 

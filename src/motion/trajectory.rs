@@ -298,9 +298,14 @@ fn cut_corners(
             let bend = Curve::rounded(&[from, corners[i].clone(), to], &[0.0, cut, 0.0]);
             // Chords this short leave the curve by less than the 0.1 mm that `free` keeps.
             let chords = (bend.length() / 0.004).ceil().max(16.0) as usize;
-            let at = |k: usize| bend.place(bend.length() * k as f64 / chords as f64);
-            let mut here = at(0);
-            if (1..=chords).all(|k| free(&std::mem::replace(&mut here, at(k)), &here)) {
+            let (mut from, mut to) = (bend.place(0.0), vec![0.0; corners[i].len()]);
+            let is_free = (1..=chords).all(|k| {
+                bend.place_into(bend.length() * k as f64 / chords as f64, &mut to);
+                let chord = free(&from, &to);
+                std::mem::swap(&mut from, &mut to);
+                chord
+            });
+            if is_free {
                 cuts[i] = cut;
                 break;
             }
