@@ -44,6 +44,7 @@ pub mod robot;
 pub mod revise;
 pub mod kinematics;
 pub mod gripper;
+mod linkage;
 pub mod dynamics;
 mod cholesky;
 mod normal;
