@@ -101,6 +101,9 @@ pub enum Unmeasured {
     /// A solid fits, and so do others: the standard deviation of a size, m.
     #[error("this view does not tell its size, ± {:.0} mm on one side; take a picture from another place", .0 * 1e3)]
     Undetermined(f64),
+    /// What was cut out lies on the table like a sheet: a shadow, a print, a reflection.
+    #[error("it is flat")]
+    Flat,
     /// Nothing in the region stands out from what is around it.
     #[error("it cannot be cut out")]
     Uncut,
@@ -180,6 +183,10 @@ pub fn measure(
     let worst = size_std.iter().fold(0.0_f64, |worst, std| worst.max(*std));
     if worst > TOLD * shape.height().max(shape.outer_radius()) {
         return Err(Unmeasured::Undetermined(worst));
+    }
+    // What is no higher than its edges are soft has no side that was seen.
+    if shape.height() < 2.0 * size_std[2] {
+        return Err(Unmeasured::Flat);
     }
     let place = found.covariance.view((0, 0), (2, 2)).symmetric_eigenvalues().max();
     let std = place.max(0.0).sqrt().hypot(soft);
@@ -433,5 +440,10 @@ mod tests {
         };
         let mask = GrayImage::from_fn(1280, 720, |u, v| Luma([if is_l(u, v) { 255 } else { 0 }]));
         assert!(measure(&Picture::new(&image), &image, &camera(), &mask).is_err());
+        // A sheet: a box of 0 mm was written into a scene, which could then not be read.
+        let sheet = Shape::Cuboid { size: Vector3::new(0.06, 0.056, 2e-4) };
+        let (image, mask) = painted(&sheet, &ObjectPose::upright(0.6, 0.0, 0.0, 0.3));
+        let found = measure(&Picture::new(&image), &image, &camera(), &mask);
+        assert_eq!(found, Err(Unmeasured::Flat));
     }
 }
