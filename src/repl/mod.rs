@@ -339,8 +339,8 @@ impl<'scope, 'env> Session<'scope, 'env> {
     }
 
     fn line(&mut self, line: &str) -> Next {
-        let line = line.trim();
-        if line.is_empty() || line.starts_with("//") {
+        let line = paste::without_notes(line).trim();
+        if line.is_empty() {
             return Next::Prompt;
         }
         if let Some(name) = line.strip_prefix('?') {

@@ -13,8 +13,18 @@ fn after_prompt(line: &str) -> Option<&str> {
     PROMPTS.iter().find_map(|prompt| line.strip_prefix(prompt)).map(str::trim_start)
 }
 
+/// Returns a statement without the notes before it: at the prompt `///` documents nothing, and is one as `//` is.
+pub(super) fn without_notes(statement: &str) -> &str {
+    let mut rest = statement.trim_start();
+    while rest.starts_with("//") {
+        rest = rest.split_once('\n').map_or("", |(_, after)| after.trim_start());
+    }
+    rest
+}
+
 /// Whether a statement needs more lines.
 pub(super) fn is_incomplete(statement: &str) -> bool {
+    let statement = without_notes(statement);
     let is_command = statement.trim_start().starts_with([':', '?', '!']);
     !is_command && after_prompt(statement).is_none() && language::is_incomplete(statement)
 }
@@ -88,6 +98,15 @@ mod tests {
         let typed = [":tasks", "pour(jar,\n  cup)"];
         assert_eq!(all(transcript), typed);
         assert_eq!(statements(transcript), typed);
+    }
+
+    #[test]
+    fn a_note_before_a_statement_is_a_line_of_its_own() {
+        assert_eq!(without_notes("/// Pour all.\n// of it\n pick(jar)\n"), "pick(jar)\n");
+        assert_eq!(without_notes("/// Pour all."), "");
+        assert_eq!(all("/// Pour all.\npick(jar)\n"), ["/// Pour all.", "pick(jar)"]);
+        assert!(!is_incomplete("/// Pour all.\n:help ("));
+        assert!(is_incomplete("/// Peek.\ntask peek() {"));
     }
 
     #[test]
