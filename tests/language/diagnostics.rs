@@ -474,6 +474,10 @@ fn what_strangers_write_is_answered_with_what_to_write() {
         (inside("if tall(o) lift(o)"), "what is done stands in braces: `{ … }`"),
         (inside("break if tall(o)\n    look()"), "write `break when tall(o)`"),
         (inside("repeat until tall(o) { look() }"), "write `repeat upto 10 times { … } until …`"),
+        (
+            inside("place(o) limit 2 s"),
+            "write `limit 2 s` on a line of its own if it is the task's, or make the step a task with this limit",
+        ),
         (inside("pick(o).then(place(o))"), "write `a() then b()`"),
         (inside("pick(o)\n    on failure of pick { retry other upto 2 }"), "write `upto 2 times`"),
         (inside("pick(\"jar\")"), "write `jar`, without quotes"),
@@ -487,5 +491,32 @@ fn what_strangers_write_is_answered_with_what_to_write() {
         let found = checked(&text);
         let [(_, message, said)] = found.as_slice() else { panic!("{text}{found:?}") };
         assert_eq!(said, help, "{text}{message}");
+    }
+}
+
+/// `pick(o)`, and on the next line `while holding(o) { look() }`: it was a `pick` held to that, and then a block.
+#[test]
+fn a_loop_behind_a_step_is_told_as_one() {
+    let inside = |steps: &str| checked(&format!("task t(o: Container) {{\n    {steps}\n}}\n"));
+    let loops = [
+        ("while", "pick(o)\n    while holding(o) { look() }\n    place(o)"),
+        ("while", "pick(o)\n    while holding(o)\n    {\n        look()\n    }"),
+        ("until", "pick(o) until held(o) { look() }"),
+        ("while", "{ pick(o) } while held(o) { look() }"),
+    ];
+    let help =
+        "write `repeat upto 10 times { … } until …`; a block that follows the step begins a line";
+    for (word, steps) in loops {
+        let message = format!("there is no `{word}` loop: every loop has an end");
+        assert_eq!(inside(steps), [("task::loop", message, help.to_owned())], "{steps}");
+        let found = checked(&steps.replace("(o)", "(jar)"));
+        assert_eq!(found.first().map(|told| told.0), Some("task::loop"), "{steps}");
+    }
+    for whole in [
+        "pick(o) while held(o)\n    { look() } as looking",
+        "pick(o)\n    while held(o)\n    look()",
+        "pick(o) while held(o) as taking { look() }",
+    ] {
+        assert_eq!(inside(whole), [], "{whole}");
     }
 }

@@ -272,6 +272,9 @@ impl<'a> Builder<'a> {
             }
             Rule::limit => {
                 self.once(body.limit.is_some(), "limit", self.span(pair));
+                if !body.steps.is_empty() && !self.begins_line(pair) {
+                    self.limit_of_a_step(pair);
+                }
                 body.limit = find(pair, Rule::quant).map(|p| self.literal(&p));
             }
             Rule::recover => {
@@ -330,6 +333,28 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Returns whether only blanks stand before a pair on its line.
+    pub(super) fn begins_line(&self, pair: &Pair) -> bool {
+        let before = &self.balanced.text[..pair.as_span().start()];
+        before.rsplit('\n').next().unwrap_or_default().trim().is_empty()
+    }
+
+    /// Complains of `place(o) limit 2 s`, which would be the whole task's limit.
+    fn limit_of_a_step(&mut self, pair: &Pair) {
+        self.diagnostics.push(
+            Diagnostic::error(
+                "task::limit",
+                self.span(pair),
+                "a step has no `limit` of its own; this would be the whole task's",
+                "stands behind a step",
+            )
+            .help(format!(
+                "write `{}` on a line of its own if it is the task's, or make the step a task with this limit",
+                pair.as_str().trim()
+            )),
+        );
+    }
+
     fn after_remedy(&mut self, pair: &Pair) {
         self.diagnostics.push(
             Diagnostic::error(
@@ -385,7 +410,7 @@ impl<'a> Builder<'a> {
 }
 
 /// The end of the last token inside a pair: pest counts the blanks before an absent optional in.
-fn tight_end(pair: &Pair) -> usize {
+pub(super) fn tight_end(pair: &Pair) -> usize {
     let mut last = pair.clone();
     while let Some(inner) = last.clone().into_inner().next_back() {
         last = inner;

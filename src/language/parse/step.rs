@@ -5,7 +5,7 @@ use super::super::ast::{
     Span, Step, Timing, Together,
 };
 use super::super::diagnostic::Diagnostic;
-use super::build::{Body, Builder, find, number};
+use super::build::{Body, Builder, find, number, tight_end};
 use super::grammar::{Pair, Rule};
 
 impl Builder<'_> {
@@ -112,12 +112,37 @@ impl Builder<'_> {
                 _ => {}
             }
         }
+        if label.is_none() {
+            self.loop_of_a_hold(pair);
+        }
         if let Some(call) = find(pair, Rule::call) {
             let call = self.call(&call)?;
             return Some(Step::Act(Act { call, via, holds, label, span }));
         }
         let block = self.block(&find(pair, Rule::block)?);
         Some(Step::Block(Block { holds, label, span, ..block }))
+    }
+
+    /// Complains of `while φ { … }` behind a step, which would be a step held to φ, and then a block. A block that begins
+    /// on a line of its own is one, unless `while` does too.
+    fn loop_of_a_hold(&mut self, pair: &Pair) {
+        let holds = pair.clone().into_inner().filter(|part| part.as_rule() == Rule::hold);
+        let Some(keyword) = holds.last().and_then(|hold| hold.into_inner().next()) else { return };
+        let behind = &self.balanced.text[tight_end(pair)..];
+        let block = behind.trim_start();
+        let between = &behind[..behind.len() - block.len()];
+        if !block.starts_with('{') || between.contains('\n') && !self.begins_line(&keyword) {
+            return;
+        }
+        self.diagnostics.push(
+            Diagnostic::error(
+                "task::loop",
+                self.span(&keyword),
+                format!("there is no `{}` loop: every loop has an end", keyword.as_str()),
+                "read as part of the step before it",
+            )
+            .help("write `repeat upto 10 times { … } until …`; a block that follows the step begins a line"),
+        );
     }
 
     pub(super) fn block(&mut self, pair: &Pair) -> Block {
