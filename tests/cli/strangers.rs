@@ -267,3 +267,16 @@ fn words_of_scripts_take_whole_numbers_and_are_told_as_they_are_written() {
     let word = told("arm.wait(\"long\");");
     assert!(word.contains("`wait` takes a number as the time"), "{word}");
 }
+/// `check` found nothing wrong, and `run` took the last scene.
+#[test]
+fn a_second_scene_is_refused_by_check_and_run_alike() {
+    let scratch = Scratch::new("cli-strangers-scenes");
+    let kitchen = include_str!("../../stdlib/scenes/kitchen.task");
+    let second = kitchen.replace("scene kitchen", "scene pantry");
+    scratch.file("two.task", format!("{kitchen}\n{second}\npick(jar)\n"));
+    for args in [["check", "two.task"], ["run", "two.task"], ["graph", "two.task"]] {
+        let said = scratch.trueup(&args);
+        let words = said.out + said.err.as_str();
+        assert!(words.contains("a file has one scene, and this is another"), "{args:?}: {words}");
+    }
+}

@@ -520,3 +520,13 @@ fn a_loop_behind_a_step_is_told_as_one() {
         assert_eq!(inside(whole), [], "{whole}");
     }
 }
+
+/// The last of them was taken, and nothing said so.
+#[test]
+fn a_second_scene_in_a_file_is_told() {
+    let jar = "jar: Container = cuboid(6 cm, 6 cm, 14 cm)";
+    let found = checked(&format!("scene a {{ {jar} }}\nscene b {{ {jar} }}\n"));
+    let told = (found[0].0, found[0].1.as_str(), found[0].2.as_str());
+    let help = "put `b` into a file of its own, and name that with `--scene`";
+    assert_eq!(told, ("task::duplicate", "a file has one scene, and this is another", help));
+}

@@ -2,15 +2,29 @@
 
 use std::collections::BTreeMap;
 
-use super::super::ast::{Item, Program, Span, Step};
+use super::super::ast::{Item, Program, SceneItem, Span, Step};
 use super::super::builtins;
 use super::super::check::Checker;
 use super::super::diagnostic::{Diagnostic, Source, limited};
 use super::{Kind, Library, Scope, key};
 
 impl Library {
-    /// Complains about what one file defines twice or what is built in.
+    /// Complains about what one file defines twice or what is built in, and of a second scene: nothing says which is meant.
     pub(super) fn find_doubles(program: &Program, diagnostics: &mut Vec<Diagnostic>) {
+        let scenes: Vec<&SceneItem> = program.items.iter().filter_map(scene).collect();
+        for pair in scenes.windows(2).filter(|pair| pair[0].name.text != pair[1].name.text) {
+            let name = &pair[1].name.text;
+            diagnostics.push(
+                Diagnostic::error(
+                    "task::duplicate",
+                    pair[1].name.span,
+                    "a file has one scene, and this is another",
+                    "which of them is meant?",
+                )
+                .label(pair[0].name.span, "the one before it")
+                .help(format!("put `{name}` into a file of its own, and name that with `--scene`")),
+            );
+        }
         let mut seen: BTreeMap<(Kind, &str), Span> = BTreeMap::new();
         for (kind, name) in program.items.iter().filter_map(key) {
             // An action may be called `tilt` beside the angle `tilt`: one is done, one is asked.
@@ -82,6 +96,13 @@ impl Library {
         let mut checker = Checker::new(self, scope, source);
         checker.top_step(step);
         limited(checker.finish())
+    }
+}
+
+fn scene(item: &Item) -> Option<&SceneItem> {
+    match item {
+        Item::Scene(scene) => Some(scene),
+        _ => None,
     }
 }
 
