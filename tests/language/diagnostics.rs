@@ -530,3 +530,21 @@ fn a_second_scene_in_a_file_is_told() {
     let help = "put `b` into a file of its own, and name that with `--scene`";
     assert_eq!(told, ("task::duplicate", "a file has one scene, and this is another", help));
 }
+
+/// It means: put everything on the table onto the table. It was rehearsed, and could never succeed.
+#[test]
+fn the_table_is_not_cleared_onto_itself() {
+    let clear = "what `clear` does: Put everything that stands on, or in, one thing on the table.";
+    let told = [
+        ("clear(table)", "task::argument", "`at` of `clear` cannot be `table`", clear),
+        ("clear(at: table)", "task::argument", "`at` of `clear` cannot be `table`", clear),
+        (
+            "collect(table)",
+            "task::argument",
+            "`at` of `collect` cannot be `table`",
+            "what `collect` does: Put everything that stands on the table on, or in, one thing.",
+        ),
+    ];
+    each_is_told(&told);
+    assert_eq!(checked("clear(cup)"), []);
+}

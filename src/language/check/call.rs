@@ -3,6 +3,7 @@
 use super::super::ast::{Arg, BinaryOp, Call, Expr, ExprKind, Param};
 use super::super::builtins::Ty;
 use super::super::diagnostic::Diagnostic;
+use super::super::library::Callable;
 use super::super::text;
 use super::{Checker, Names};
 use crate::units::{Dimension, Quantity};
@@ -137,6 +138,34 @@ impl Checker<'_> {
         }
     }
 
+    /// Refuses a thing that what is called needs to be another: `needs at != table`, and `clear(table)`.
+    pub(super) fn excluded(&mut self, call: &Call, callable: Callable<'_>) {
+        let params = callable.params();
+        let is_param = |name: &str| params.iter().any(|param| param.name.text == name);
+        let mut needs: Vec<&Expr> = callable.conditions().needs.iter().collect();
+        while let Some(need) = needs.pop() {
+            let ExprKind::Binary(a, op, b) = &need.kind else { continue };
+            match (op, &a.kind, &b.kind) {
+                (BinaryOp::And, ..) => needs.extend([&**a, &**b]),
+                (BinaryOp::Ne, ExprKind::Name(param), ExprKind::Name(thing))
+                    if is_param(param) && !is_param(thing) =>
+                {
+                    let Some(value) = given(call, params, param) else { continue };
+                    if value.kind != ExprKind::Name(thing.clone()) {
+                        continue;
+                    }
+                    let name = &call.name.text;
+                    let message = format!("`{param}` of `{name}` cannot be `{thing}`");
+                    let found =
+                        Diagnostic::error("task::argument", value.span, message, "another thing");
+                    let does = callable.doc().join(" ");
+                    self.tell(found.help(format!("what `{name}` does: {does}")));
+                }
+                _ => {}
+            }
+        }
+    }
+
     /// Complains of an amount that nobody can mean, as far as it can be read off the text: less than nothing to
     /// be poured, a year to be waited.
     fn amount(&mut self, slot: &Slot, value: &Expr) {
@@ -226,6 +255,19 @@ impl Checker<'_> {
             _ => found,
         };
         self.tell(found);
+    }
+}
+
+/// Returns the one value that a call gives for a parameter.
+fn given<'c>(call: &'c Call, params: &[Param], name: &str) -> Option<&'c Expr> {
+    let named = |arg: &&Arg| arg.name.as_ref().is_some_and(|own| own.text == name);
+    let by_place = || {
+        let at = params.iter().position(|param| param.name.text == name)?;
+        call.args.get(at).filter(|arg| arg.name.is_none())
+    };
+    match call.args.iter().find(named).or_else(by_place)?.values.as_slice() {
+        [value] => Some(value),
+        _ => None,
     }
 }
 

@@ -244,6 +244,7 @@ impl Checker<'_> {
         };
         let slots: Vec<Slot> = callable.params().iter().map(slot).collect();
         self.args(call, &slots, names, true);
+        self.excluded(call, callable);
     }
 
     pub(super) fn unknown_callable(&mut self, name: &Name) {

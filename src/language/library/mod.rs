@@ -423,6 +423,14 @@ impl<'a> Callable<'a> {
         }
     }
 
+    /// Returns what it needs, keeps and gives.
+    pub fn conditions(self) -> &'a Conditions {
+        match self {
+            Self::Task(task) => &task.conditions,
+            Self::Action(action) => &action.conditions,
+        }
+    }
+
     /// Returns the sentences that mean it.
     pub fn say(self) -> &'a [super::ast::Text] {
         match self {
