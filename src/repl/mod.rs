@@ -183,9 +183,19 @@ pub fn run_on<'a>(
 }
 
 /// The lines were over before a question was answered.
-fn unanswered() -> Failure {
-    Failure::input("repl::unanswered", "the input ended before the question was answered")
-        .help("answer `y` on the next line, give `--yes`, or write the call itself")
+fn unanswered(pending: &Pending) -> Failure {
+    let failure =
+        Failure::input("repl::unanswered", "the input ended before the question was answered");
+    match pending {
+        // No `--yes` says which.
+        Pending::Which(_) => {
+            failure.help("answer with a number on the next line, or write the call itself")
+        }
+        Pending::Real => failure.help("answer `yes` on the next line"),
+        Pending::Run(..) => {
+            failure.help("answer `y` on the next line, give `--yes`, or write the call itself")
+        }
+    }
 }
 
 fn talk<'a>(
@@ -281,8 +291,8 @@ impl<'scope, 'env> Session<'scope, 'env> {
                     self.style.say("the arm holds still; :quit or Ctrl-D leaves");
                 }
                 Typed::End => {
-                    if self.pending.is_some() {
-                        self.fail(&unanswered());
+                    if let Some(pending) = &self.pending {
+                        self.fail(&unanswered(pending));
                     }
                     return Ok(self.worst.get());
                 }

@@ -37,12 +37,9 @@ impl WorkCell {
         Ok(reader.quantity(expr, &state))
     }
 
-    /// Returns why a call cannot be done as far as is known now: which of its needs is false. Before the
-    /// first look at the table nobody knows of any.
+    /// Returns why a call cannot be done as far as is known now: which of its needs is false. What only a picture tells
+    /// stands in the way of nothing before the first look at the table; what is in the hand is known without one.
     pub fn hindrance(&mut self, call: &Call) -> Option<String> {
-        if !self.experience.is_camera_aligned {
-            return None;
-        }
         let checked = self.graph(call).and_then(|graph| self.check_needs(&graph));
         checked.err().map(|error| error.to_string())
     }
@@ -54,6 +51,7 @@ impl WorkCell {
         let Some(first) = likeliest.first().and_then(|pg| pg.steps.first()) else {
             return Ok(());
         };
+        let has_looked = self.experience.is_camera_aligned;
         let scene = self.model.cell.scene.clone();
         let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, &state);
         let root = &graph.root().path;
@@ -62,7 +60,9 @@ impl WorkCell {
         for &part in &all {
             let reading = reader.read(part, &state);
             // A thing that is still nowhere once the camera has looked is not there.
-            let is_unseen = reading.truth.is_none() && matches!(about(part), Some(("visible", _)));
+            let is_unseen = has_looked
+                && reading.truth.is_none()
+                && matches!(about(part), Some(("visible", _)));
             if reading.truth != Some(false) && !is_unseen {
                 continue;
             }

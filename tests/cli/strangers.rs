@@ -267,6 +267,28 @@ fn words_of_scripts_take_whole_numbers_and_are_told_as_they_are_written() {
     let word = told("arm.wait(\"long\");");
     assert!(word.contains("`wait` takes a number as the time"), "{word}");
 }
+/// With empty hands nothing can be placed, and nothing had to be seen to know it. What `--yes` cannot answer is not
+/// answered with `--yes`.
+#[test]
+fn a_sentence_is_read_with_the_hands_that_are_empty_at_the_beginning() {
+    let scratch = Scratch::new("cli-strangers-hands");
+    for (sentence, call) in [
+        ("put the jar left of the cup", "put(jar, at: left_of(cup))"),
+        ("put the jar in the cup", "put(jar, at: cup)"),
+    ] {
+        let said = scratch.trueup(&["-c", sentence, "--robot", "twin"]);
+        assert!(said.out.contains(&format!("= {call}\n")), "{said:?}");
+        assert!(said.err.contains("the input ended before the question was answered"), "{said:?}");
+        assert!(said.err.contains("give `--yes`"), "{said:?}");
+    }
+    let said = scratch.trueup(&["-c", "pick up the thing", "--yes"]);
+    assert!(said.out.contains("  2  pick(cup)\n"), "{said:?}");
+    let help = "answer with a number on the next line, or write the call itself";
+    assert!(said.err.contains(help) && !said.err.contains("--yes"), "{said:?}");
+    let said = scratch.trueup(&["-c", "clear the table", "--yes"]);
+    assert!(said.out.contains("not possible: `at` of `clear` cannot be `table`"), "{said:?}");
+}
+
 /// `check` found nothing wrong, and `run` took the last scene.
 #[test]
 fn a_second_scene_is_refused_by_check_and_run_alike() {

@@ -267,6 +267,9 @@ const SAID: &[(&str, &str)] = &[
     ("swap the vessels", "! more than two fit: transparent jar, red cup or blue cup"),
     ("pick up the vessel", "? which vessel: transparent jar, red cup or blue cup?"),
     ("clear the tray", "clear(tray)"),
+    ("clear the table", "! `at` of `clear` cannot be `table`"),
+    ("pick up the die and put it on the tray", "pick(die) then place(die, at: tray)"),
+    ("set the die down and then put it on the tray", "place(die) then put(die, at: tray)"),
     ("put everything on the tray", "collect(tray)"),
     ("take out the die", "unstack(die)"),
     // With closed fingers, and with what they hold.
@@ -450,4 +453,36 @@ fn what_is_held_is_it() {
     };
     let Meaning::Clear(found) = understand("put it down", &with) else { panic!() };
     assert_eq!(found.text, "place(cup2)");
+}
+
+/// "put the die on the tray" was three questions at once: `place`, `put`, or `place` of "the die on the tray" anywhere.
+#[test]
+fn what_is_in_the_hand_tells_placing_from_putting() {
+    let mut library = Library::standard();
+    library.add(Source::new("evening.task", EVENING));
+    let things = things(library.scene("evening").unwrap().0);
+    let empty = |call: &Call| (call.name.text == "place").then(|| "nothing is held".to_owned());
+    let full = |call: &Call| (call.name.text == "put").then(|| "something is held".to_owned());
+    let with = |hindrance| Knowledge {
+        library: &library,
+        things: &things,
+        phrases: &[],
+        it: None,
+        spot: &nowhere,
+        hindrance,
+    };
+    let said = [
+        ("put the jar left of the blue cup", "jar, at: left_of(blue)"),
+        ("put the jar on the tray", "jar, at: tray"),
+        ("put the die in the red cup", "die, at: red"),
+    ];
+    for (said, args) in said {
+        assert_eq!(unlike(&[(said, &format!("put({args})"))], &with(&empty)), "");
+        assert_eq!(unlike(&[(said, &format!("place({args})"))], &with(&full)), "");
+        let Meaning::Ambiguous { choices, .. } = understand(said, &with(&nothing)) else {
+            panic!()
+        };
+        let calls: Vec<String> = choices.into_iter().map(|choice| choice.text).collect();
+        assert_eq!(calls, [format!("place({args})"), format!("put({args})")]);
+    }
 }

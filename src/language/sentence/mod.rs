@@ -10,6 +10,7 @@
 
 mod describe;
 mod fill;
+mod hand;
 mod knowledge;
 mod plural;
 mod question;
@@ -294,6 +295,9 @@ fn conclude(
     question: Option<String>,
     with: &Knowledge<'_>,
 ) -> Meaning {
+    let idle: Vec<bool> = readings.iter().map(|one| has_idle_words(one, &readings)).collect();
+    let mut is_idle = idle.into_iter();
+    readings.retain(|_| !is_idle.next().unwrap_or(false));
     if readings.len() > 1 {
         // A reading that cannot be done now is not what was meant, if another can be.
         let able = |reading: &Understood| hindrance(reading, with).is_none();
@@ -312,6 +316,21 @@ fn conclude(
     readings.truncate(MOST_CHOICES);
     let question = question.unwrap_or_else(|| "which of these?".into());
     Meaning::Ambiguous { question, choices: readings }
+}
+
+/// Whether a reading takes words for a description that chooses nothing, and another reading puts them to use: "put the mug
+/// on the can" where there is one mug, which is a mug and a place, and not the mug that is on the can, put anywhere.
+fn has_idle_words(reading: &Understood, all: &[Understood]) -> bool {
+    reading.slots.iter().any(|(slot, said, value)| {
+        let fewer = |other: &Understood| {
+            let own = other.slots.iter().find(|(own, ..)| own == slot)?;
+            let rest = said.strip_prefix(own.1.as_str())?;
+            (rest.starts_with(' ') && other.slots.len() > reading.slots.len())
+                .then(|| own.2 == *value)
+        };
+        let mut chosen = all.iter().filter_map(fewer).peekable();
+        chosen.peek().is_some() && chosen.all(|is_same| is_same)
+    })
 }
 
 /// Says why a reading cannot be done now: its first call, for the others follow what it does.

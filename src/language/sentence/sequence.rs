@@ -4,6 +4,7 @@
 //! before it handled "it".
 
 use super::super::ast::ExprKind;
+use super::hand::{self, Hand};
 use super::knowledge::Knowledge;
 use super::{MOST_CHOICES, Meaning, Understood, nearest_sentence, one};
 
@@ -20,7 +21,10 @@ pub(super) fn understand(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
     for part in parts {
         let mut longer = Vec::new();
         for way in ways {
-            // Whether a later wish can be done is known when those before it are.
+            // Whether a later wish can be done is known when those before it are; what they leave in the hand tells which was meant.
+            let hand = way.as_ref().and_then(|way| {
+                way.calls.iter().fold(None, |hand, call| hand::after(call, hand, with.library))
+            });
             let touched = way.as_ref().map(touched).unwrap_or_default();
             let later = Knowledge {
                 it: way.as_ref().and_then(handled).or(with.it),
@@ -32,7 +36,8 @@ pub(super) fn understand(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
             let readings = match meaning {
                 Meaning::Clear(reading) => vec![reading],
                 Meaning::Ambiguous { question: which, choices } => {
-                    question = question.or(Some(which));
+                    let choices = able(choices, hand.as_ref(), with);
+                    question = question.or((choices.len() > 1).then_some(which));
                     choices
                 }
                 hindered => return Some(hindered),
@@ -47,6 +52,17 @@ pub(super) fn understand(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
         (1, _) | (_, None) => Meaning::Clear(ways.swap_remove(0)),
         (_, Some(question)) => Meaning::Ambiguous { question, choices: ways },
     })
+}
+
+/// Keeps the readings that can begin with that in the hand, if any can.
+fn able(choices: Vec<Understood>, hand: Option<&Hand>, with: &Knowledge<'_>) -> Vec<Understood> {
+    let Some(hand) = hand else { return choices };
+    let is_able = |reading: &Understood| {
+        let first = reading.calls.first();
+        first.is_none_or(|call| hand::can_begin(call, hand, with.library))
+    };
+    let able: Vec<Understood> = choices.iter().filter(|one| is_able(one)).cloned().collect();
+    if able.is_empty() { choices } else { able }
 }
 
 /// Names the part that is not understood, where the first is and something follows it.
