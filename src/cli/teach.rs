@@ -71,15 +71,27 @@ pub(super) fn teach(args: &TeachArgs, cli: &Shared, style: Style) -> Result<Exit
     let lead =
         Lead { input: Arc::new(Mutex::new(input)), setup, record: cli.cell.record.clone(), style };
     let path = Path::new(what);
-    if !path.is_file()
-        && let Ok(dir) = kept::folder(&cli.cell.record, path)
-    {
-        return over_record(&dir, &lead, cli, style);
-    }
     if path.is_file() {
         return script_led(path, Some(&lead), false, cli, style);
     }
-    line_led(what, Some(&lead), false, cli, style)
+    match kept::folder(&cli.cell.record, path) {
+        Ok(dir) => over_record(&dir, &lead, cli, style),
+        Err(failure) if names_a_run(what) => Err(failure),
+        Err(_) if names_a_file(what) => {
+            read(path).and_then(|_| line_led(what, Some(&lead), false, cli, style))
+        }
+        Err(_) => line_led(what, Some(&lead), false, cli, style),
+    }
+}
+
+/// Whether words can only be the number or the name of a run: no step begins with a digit.
+fn names_a_run(what: &str) -> bool {
+    what.starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// Whether words can only be the path of a file: no call, and with what stands in paths.
+fn names_a_file(what: &str) -> bool {
+    !what.contains(['(', ' ']) && what.contains(['.', '/', '\\'])
 }
 
 /// Steps through a run that is over; no arm is asked for.

@@ -267,6 +267,21 @@ fn words_of_scripts_take_whole_numbers_and_are_told_as_they_are_written() {
     let word = told("arm.wait(\"long\");");
     assert!(word.contains("`wait` takes a number as the time"), "{word}");
 }
+/// What is no step was read as one: `.` cannot stand here.
+#[test]
+fn teach_says_which_run_or_file_is_not_there() {
+    let scratch = Scratch::new("cli-strangers-teach");
+    let asked = |what: &str| scratch.trueup(&["teach", what, "--json"]);
+    for what in ["99", "20260101-090000-pour"] {
+        refused(&asked(what), "run::unknown", &format!("there is no run `{what}`"));
+    }
+    for what in ["missing.task", "runs/99", "tasks/missing"] {
+        refused(&asked(what), "io::missing", what);
+    }
+    let said = scratch.trueup(&["teach", "nothing"]);
+    assert!(said.err.contains("to run `nothing`, write `nothing(…)`"), "{said:?}");
+}
+
 /// With empty hands nothing can be placed, and nothing had to be seen to know it. What `--yes` cannot answer is not
 /// answered with `--yes`.
 #[test]
