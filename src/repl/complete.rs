@@ -72,6 +72,19 @@ impl Helper {
             Some('!') => return (pos, Vec::new()),
             _ => 0,
         };
+        if let Some(command) = before.strip_prefix(':') {
+            let name = command.split(char::is_whitespace).next().unwrap_or_default();
+            let Some(command) = COMMANDS.iter().find(|command| command.name == name) else {
+                return (pos, Vec::new());
+            };
+            if !command.takes_language() {
+                let begun = before[from..].trim_start();
+                let found = command.choices().filter(|word| word.starts_with(begun));
+                let pairs =
+                    found.map(|word| Pair { display: word.into(), replacement: word.into() });
+                return (pos - begun.len(), pairs.collect());
+            }
+        }
         let asks = line.starts_with('?');
         if let Some((of, begun)) = before[from..].split_once('.').filter(|_| asks) {
             let found = words_of(of).filter(|word| word.name.starts_with(begun));
@@ -231,6 +244,23 @@ mod tests {
         assert_eq!(words[0].replacement, "continue");
         assert_eq!(offered("!po"), (3, Vec::new()));
         assert_eq!(offered("\u{1f600} po").0, 5);
+    }
+
+    #[test]
+    fn a_sentence_names_things_and_a_command_takes_its_own() {
+        let things = ["cup", "jar", "table"].map(str::to_owned);
+        assert_eq!(offered("pick up the "), (12, things.to_vec()));
+        assert_eq!(offered("pick up the j"), (12, vec!["jar".into()]));
+        assert_eq!(offered(":replay "), (8, Vec::new()));
+        assert_eq!(offered(":runs "), (6, Vec::new()));
+        assert_eq!(offered(":confirm r"), (9, vec!["risky".into()]));
+        let (start, found) = offered("put(jar, at: ");
+        assert_eq!(start, 13);
+        assert!(
+            ["cup", "table", "left_of(", "point("].iter().all(|p| found.iter().any(|f| f == p))
+        );
+        assert!(!found.contains(&"jar".to_owned()), "{found:?}");
+        assert_eq!(offered("put(jar, at: le"), (13, vec!["left_of(".into()]));
     }
 
     #[test]

@@ -17,6 +17,18 @@ impl Command {
         let blank = if self.takes.is_empty() { "" } else { " " };
         format!(":{}{blank}", self.name)
     }
+
+    /// Whether it takes something of the language, which is completed as if it stood alone.
+    pub(super) fn takes_language(&self) -> bool {
+        let takes = ["CALL", "STEP", "TASK", "FLUENT", "VALUE"];
+        takes.iter().any(|word| self.takes.contains(word))
+    }
+
+    /// The words that it takes one of, if it does: `all|risky|none`.
+    pub(super) fn choices(&self) -> impl Iterator<Item = &'static str> {
+        let is_list = self.takes.chars().all(|c| c.is_ascii_lowercase() || c == '|');
+        self.takes.split('|').filter(move |word| is_list && !word.is_empty())
+    }
 }
 
 pub(super) const fn command(

@@ -46,6 +46,22 @@ fn what_may_begin_ends_or_follow_is_offered() {
     assert_eq!(offers("task ¦"), [""; 0]);
 }
 
+/// `pick up the ` offered every call, and `put(jar, at: ` the jar and no place beside another thing.
+#[test]
+fn a_sentence_is_offered_things_and_a_place_its_relations() {
+    assert_eq!(offers("pick up the ¦"), ["cup", "jar", "table"]);
+    assert_eq!(offers("pick up the j¦"), ["jar"]);
+    assert_eq!(offers("put(jar, at: le¦"), ["left_of"]);
+    let places = offers("put(jar, at: ¦");
+    for wanted in ["cup", "table", "left_of", "point"] {
+        assert!(places.iter().any(|offer| offer == wanted), "{wanted}: {places:?}");
+    }
+    assert!(!places.iter().any(|offer| offer == "jar"), "{places:?}");
+    // Where a step may begin, it is offered.
+    assert!(offers("pick(jar) as a\n¦").iter().any(|offer| offer == "pour"));
+    assert_eq!(offers("task t() {\n    pour(\n        jar ¦"), [""; 0]);
+}
+
 fn said(text: &str, word: &str) -> String {
     let library = Library::standard();
     let scope = library.scope("kitchen");

@@ -64,6 +64,8 @@ enum Context {
     Branch(String),
     /// Behind a number.
     Unit,
+    /// A sentence is under way, which names things.
+    Sentence,
     /// A name that the writer makes up, or a text.
     Nothing,
 }
@@ -91,9 +93,44 @@ pub fn complete(place: &Place<'_>) -> Vec<Completion> {
     };
     let (program, _) = parse(place.text);
     let finder = Finder { place, program: &program, found: Vec::new() };
-    let mut found = finder.find(&context(&code, before));
-    found.retain(|offer| offer.label.starts_with(&begun) && offer.label != begun);
+    let context =
+        if says_words(&code, before) { Context::Sentence } else { context(&code, before) };
+    let mut found = finder.find(&context);
+    let given = given(&code, before);
+    found.retain(|offer| {
+        let is_given = offer.kind == CompletionKind::Object && given.contains(&&*offer.label);
+        offer.label.starts_with(&begun) && offer.label != begun && !is_given
+    });
     found
+}
+
+/// Whether nothing but words stands on the line, outside of all brackets, and none that begins a step or an item: what the
+/// language has no form for.
+fn says_words(code: &[Token], text: &str) -> bool {
+    if called::open_bracket(code).is_some() {
+        return false;
+    }
+    let begins = code.iter().rposition(|token| token.first_on_line).unwrap_or(0);
+    let line = &code[begins..];
+    let Some(first) = line.first() else { return false };
+    let is_over = line.last().is_some_and(|last| text[last.to..].contains('\n'));
+    let is_name = |token: &Token| {
+        let word = token.text(text);
+        token.kind == Kind::Word && words::keyword(word).is_none()
+    };
+    !is_over && is_name(first) && line.iter().all(|token| token.kind == Kind::Word)
+}
+
+/// Returns the names that stand as arguments before the one being typed: no thing is given twice.
+fn given<'t>(code: &[Token], text: &'t str) -> Vec<&'t str> {
+    let Some(call) = called::around(code, text) else { return Vec::new() };
+    let args = &code[call.name + 2..call.start.max(call.name + 2)];
+    let alone = |i: usize| {
+        let before = i.checked_sub(1).map_or("(", |i| args[i].text(text));
+        let after = args.get(i + 1).map_or(",", |token| token.text(text));
+        args[i].kind == Kind::Word && matches!(before, "(" | "," | ":") && after == ","
+    };
+    (0..args.len()).filter(|i| alone(*i)).map(|i| args[i].text(text)).collect()
 }
 
 /// Returns whether what stands after these tokens is asked, not done: an action may have the name of
@@ -173,6 +210,12 @@ impl Finder<'_> {
     fn find(mut self, context: &Context) -> Vec<Completion> {
         match context {
             Context::Nothing => {}
+            Context::Sentence => {
+                let names: Vec<String> = self.place.scope.objects.keys().cloned().collect();
+                for name in names {
+                    self.described(&name, CompletionKind::Object, &name);
+                }
+            }
             Context::Top => {
                 self.callables();
                 self.keywords(words::ITEMS);
@@ -240,6 +283,13 @@ impl Finder<'_> {
         }
     }
 
+    /// Places that are told by their relation to things, or by numbers.
+    fn places(&mut self) {
+        for function in builtins::FUNCTIONS.iter().filter(|f| Ty::named(f.result) == Ty::Place) {
+            self.described(function.name, CompletionKind::Fluent, &format!("{}(", function.name));
+        }
+    }
+
     fn objects(&mut self, wanted: Option<&Ty>) {
         let objects: Vec<_> = self.place.scope.objects.clone().into_iter().collect();
         let constants =
@@ -290,8 +340,10 @@ impl Finder<'_> {
         let ty = Ty::named(ty);
         self.locals(Some(&ty));
         self.objects(Some(&ty));
-        if let Ty::Quantity(_) = ty {
-            self.fluents();
+        match ty {
+            Ty::Quantity(_) => self.fluents(),
+            Ty::Place => self.places(),
+            _ => {}
         }
         if named.is_none() {
             for (name, ty) in params.iter().skip(at) {
