@@ -236,6 +236,22 @@ const SAID: &[(&str, &str)] = &[
     ),
     ("fill the cup to 80 % from the jar", "? which cup: red cup or blue cup?"),
     ("fill the red mug", "! there is no red mug here"),
+    (
+        "fill the red cup to the brim from the jar",
+        "pour(jar, red, amount: capacity(red) - filled(red))",
+    ),
+    ("fill the red cup to 100 mL from the jar", "pour(jar, red, amount: 100 mL - filled(red))"),
+    ("fill the red cup up to 0.1 l from the jar", "pour(jar, red, amount: 0.1 L - filled(red))"),
+    (
+        "fill the red cup to 10 cm from the jar",
+        "! \"to 10 cm\" is not understood behind \"red cup\"",
+    ),
+    ("fill the red cup with 60 mL of water from the jar", "pour(jar, red, amount: 60 mL)"),
+    ("pour 50ml of water in the red cup", "? which source: transparent jar or blue cup?"),
+    ("pour 50ml of water from the jar in the red cup", "pour(jar, red, amount: 50 mL)"),
+    ("pour the jar in the red cup", "pour(jar, red)"),
+    ("pour 50 ml of lava", "! \"50 ml of lava\" is an amount, and a thing is meant"),
+    ("pick up the die with care", "! \"with care\" is not understood behind \"die\""),
     // One after the other, and what "it" is.
     ("pick up the die, then put it down", "pick(die) then place(die)"),
     ("pick up the die and put it down", "pick(die) then place(die)"),

@@ -13,7 +13,7 @@ use super::super::parse::parse_line;
 use super::super::text;
 use super::knowledge::{Knowledge, Phrase, Thing, either};
 use super::resolve::{self, Found, Hindrance};
-use super::share::WHOLE;
+use super::share::{LEVEL, WHOLE};
 use super::template::{Template, Whole};
 use super::{Understood, relation, shift};
 
@@ -129,6 +129,14 @@ fn of_a_whole(
     let known: BTreeMap<String, String> =
         way.iter().map(|(slot, _, value)| (slot.clone(), value.clone())).collect();
     for (slot, said, value) in way {
+        if let Some(level) = value.strip_prefix(LEVEL) {
+            let Some(less) = template.whole(slot).and_then(|whole| whole.less.as_ref()) else {
+                let why = format!("\"{said}\" says how much is there in the end");
+                return Err(Hindrance::new(why, Some("say \"fill the cup to 100 mL\"".into())));
+            };
+            *value = format!("{level} - {}", named(less, &known));
+            continue;
+        }
         if !value.contains(WHOLE) {
             continue;
         }

@@ -4,7 +4,7 @@ use super::super::builtins::{self, Ty};
 use super::super::library::Library;
 use super::super::text;
 use super::knowledge::{Knowledge, Thing, either};
-use super::share::share;
+use super::share::{LEVEL, level, share};
 use crate::units::{Dimension, Unit, suggest_unit};
 
 /// Words that may stand before the name of a thing and say nothing about which.
@@ -159,8 +159,34 @@ fn of(kind: &str) -> String {
     Ty::Object(kind.to_owned()).words()
 }
 
+/// Words that begin what is said of a thing, and name none.
+const BEHIND: &[&str] = &[
+    "to", "up", "with", "in", "into", "on", "onto", "at", "until", "by", "for", "from", "of", "off",
+];
+
+/// Returns words that follow the name of a thing and were not understood: `to brink` of `cup to brink`.
+fn not_understood<'p>(phrase: &'p str, things: &[Thing]) -> Option<(&'p str, &'p str)> {
+    let places = phrase.match_indices(' ').map(|(at, _)| (&phrase[..at], &phrase[at + 1..]));
+    places.into_iter().find(|(noun, rest)| {
+        let first = rest.split(' ').next().unwrap_or_default();
+        let is_named = |thing: &Thing| {
+            let words = thing.words();
+            noun.split(' ').all(|word| words.iter().any(|known| known == word))
+        };
+        BEHIND.contains(&first) && things.iter().any(is_named)
+    })
+}
+
 /// Names what there is when what was asked for is not there.
 fn missing(phrase: &str, kind: &str, library: &Library, things: &[Thing]) -> Hindrance {
+    if phrase.starts_with(|c: char| c.is_ascii_digit()) {
+        let help = Some("say into what, such as \"pour 60 mL into the cup\"".to_owned());
+        return Hindrance::new(format!("\"{phrase}\" is an amount, and a thing is meant"), help);
+    }
+    if let Some((noun, rest)) = not_understood(phrase, things) {
+        let why = format!("\"{rest}\" is not understood behind \"{noun}\"");
+        return Hindrance::new(why, Some("leave it out, or write the call itself".into()));
+    }
     let noun = phrase.rsplit(' ').next().unwrap_or(phrase);
     let alike: Vec<&str> = things
         .iter()
@@ -185,6 +211,13 @@ fn list(kind: &str, library: &Library, things: &[Thing]) -> Option<String> {
 fn quantity(said: &str, dimension: Dimension, slot: &str) -> Result<Vec<Found>, Hindrance> {
     if let Some(share) = share(said) {
         return Ok(vec![Found { value: share, shown: said.to_owned() }]);
+    }
+    if let Some(amount) = level(said) {
+        let mut found = quantity(amount, dimension, slot)?;
+        for one in &mut found {
+            one.value.insert_str(0, LEVEL);
+        }
+        return Ok(found);
     }
     let example = format!("say a number with its unit, such as `60 {}`", dimension.everyday_unit());
     let nothing = |why: String| Err(Hindrance::new(why, Some(example.clone())));
