@@ -502,3 +502,24 @@ fn what_is_in_the_hand_tells_placing_from_putting() {
         assert_eq!(calls, [format!("place({args})"), format!("put({args})")]);
     }
 }
+
+/// The help named a jar in a scene that had none.
+#[test]
+fn a_question_that_is_not_understood_names_what_is_here() {
+    let mut library = Library::standard();
+    library.add(Source::new(
+        "one.task",
+        "scene one { mug: Container = cylinder(radius 4 cm, height 9 cm) }",
+    ));
+    let things = things(library.scene("one").unwrap().0);
+    let with = Knowledge {
+        library: &library,
+        things: &things,
+        phrases: &[],
+        it: None,
+        spot: &nowhere,
+        hindrance: &nothing,
+    };
+    let Meaning::Unknown { help } = understand("why is it so", &with) else { panic!() };
+    assert!(help.contains("`visible(mug)`") && !help.contains("jar"), "{help}");
+}

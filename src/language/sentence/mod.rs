@@ -347,8 +347,11 @@ fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
     let mut best: Option<(usize, String)> = None;
     let mut first: Option<String> = None;
     if question::begins(said) {
-        let thing = with.things.first().map_or("jar", Thing::shown);
-        return format!("ask \"where is the {thing}\", or for a condition such as `visible(jar)`");
+        let thing = with.things.first();
+        let (shown, name) = thing.map_or(("jar", "jar"), |thing| (thing.shown(), &thing.name));
+        return format!(
+            "ask \"where is the {shown}\", or for a condition such as `visible({name})`"
+        );
     }
     for callable in with.library.callables() {
         for say in callable.say() {
