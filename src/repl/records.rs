@@ -27,7 +27,7 @@ impl Session<'_, '_> {
     }
 
     pub(super) fn list_runs(&self) {
-        self.style.say(kept::list(self.hands.record, Some(MOST)).words);
+        self.style.tell(&kept::list(self.hands.record, Some(MOST)).words);
     }
 
     pub(super) fn replay(&self, rest: &str) -> Result<(), Failure> {
@@ -46,7 +46,7 @@ impl Session<'_, '_> {
         let entry = self.entry(wanted)?;
         let run = self.load(&entry)?;
         let name = format!("run {} ({})", entry.number, entry.name);
-        self.style.say(report::record::again((&name, &entry.dir), &run, step, self.style)?);
+        self.style.tell(&report::record::again((&name, &entry.dir), &run, step, self.style)?);
         Ok(())
     }
 
@@ -92,7 +92,7 @@ impl Session<'_, '_> {
         if style.json {
             style.document(&fork);
         } else {
-            style.say(report::fork::told(&fork, style));
+            style.tell(&report::fork::told(&fork, style));
         }
         Ok(())
     }
@@ -105,8 +105,8 @@ impl Session<'_, '_> {
         };
         let (a, b) = (self.entry(a)?, self.entry(b)?);
         let (first, second) = (self.load(&a)?, self.load(&b)?);
-        self.style
-            .say(report::record::difference((a.number, &first), (b.number, &second)).join("\n"));
+        let told = report::record::difference((a.number, &first), (b.number, &second));
+        self.style.tell(&told.join("\n"));
         Ok(())
     }
 

@@ -306,7 +306,7 @@ impl Session<'_, '_> {
         let number = run.steps[at].number;
         let name = format!("looking at step {number}");
         let dir = PathBuf::from(run.run_dir.as_deref().unwrap_or_default());
-        self.style.say(report::record::again((&name, &dir), &run, Some(number), self.style)?);
+        self.style.tell(&report::record::again((&name, &dir), &run, Some(number), self.style)?);
         self.looking = Some(at);
         Ok(())
     }

@@ -12,7 +12,7 @@ pub(super) fn folded(text: &str) -> String {
 }
 
 fn line(text: &str) -> String {
-    if text.chars().count() <= COLUMNS {
+    if width(text) <= COLUMNS {
         return text.to_owned();
     }
     let indent = text.chars().take_while(|c| *c == ' ').count();
@@ -20,7 +20,7 @@ fn line(text: &str) -> String {
     let mut folded = text[..indent].to_owned();
     let mut at = indent;
     for (n, word) in text[indent..].split(' ').enumerate() {
-        let wide = word.chars().count();
+        let wide = width(word);
         if n > 0 && at + 1 + wide > COLUMNS && at > hanging {
             folded.truncate(folded.trim_end_matches(' ').len());
             folded += "\n";
@@ -36,12 +36,26 @@ fn line(text: &str) -> String {
     folded
 }
 
+/// Returns how many columns a text takes: what sets a colour takes none.
+fn width(text: &str) -> usize {
+    let mut is_colour = false;
+    let mut columns = 0;
+    for c in text.chars() {
+        match c {
+            '\x1b' => is_colour = true,
+            _ if is_colour => is_colour = c != 'm',
+            _ => columns += 1,
+        }
+    }
+    columns
+}
+
 /// Returns where the text behind a line's first word begins, if it stands in a column of its own; else the indentation.
 fn hanging(text: &str, indent: usize) -> usize {
     let rest = &text[indent..];
     let column = rest.find("  ").map(|gap| {
         let blanks = rest[gap..].chars().take_while(|c| *c == ' ').count();
-        indent + rest[..gap].chars().count() + blanks
+        indent + width(&rest[..gap]) + blanks
     });
     column.filter(|column| *column <= HANGING).unwrap_or(indent)
 }
@@ -59,6 +73,10 @@ mod tests {
         assert!(lines[1].starts_with("         ") && lines[2] == "  short", "{lines:?}");
         let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert_eq!(words(&lines.join(" ")), words(&long));
+        // Colours take no room.
+        let row = |head: &str| format!("{head}  needs {}asked after", "visible(jar) ".repeat(4));
+        assert_eq!(folded(&row("\x1b[32m✓\x1b[0m")), row("\x1b[32m✓\x1b[0m"));
+        assert_eq!(folded(&row("123456789012")).lines().count(), 2);
         // What has no blank stays whole.
         let path = "x".repeat(120);
         assert_eq!(folded(&path), path);

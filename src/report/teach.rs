@@ -175,7 +175,7 @@ impl<A: FnMut(&str) -> Option<String> + Send> Front for Teller<A> {
             return self.style.event(shown);
         }
         let words = self.words(shown);
-        self.style.say(words);
+        self.style.tell(&words);
     }
 
     fn ask(&mut self, prompt: &str) -> Option<String> {
