@@ -6,6 +6,7 @@ use std::fs;
 use trueup::fluent::Direction;
 use trueup::graph::ParseGraph;
 use trueup::graph::parse_graph::Choice;
+use trueup::report::why::{Question, why};
 use trueup::trace::Line;
 use trueup::trace::{FluentRow, Measure, Outcome, StepRecord, TermRow};
 use trueup::workcell::{Ending, Run, State, Timing};
@@ -207,4 +208,23 @@ pub(crate) fn lay_out(scratch: &Scratch) {
     keep(scratch, "chance", "20260101-100000-pour", pour("level_side", 0.10, 0.01, 0.001));
     keep(scratch, "chance", "20260101-110000-pour", pour("level_side", 0.10, 0.09, 0.001));
     keep(scratch, "chance", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
+}
+
+/// After a person's own stop `:why poured(cup, 100 mL)` had advised to look for an effect that the twin lacks.
+#[test]
+fn what_was_stopped_says_nothing_of_what_the_twin_lacks() {
+    let told = |outcome: Outcome| {
+        let mut run = pour("level_side", 0.1, 0.064, 0.001);
+        let step = run.steps.last_mut().unwrap();
+        step.outcome = outcome;
+        let row = step.fluents.last_mut().unwrap();
+        row.name = "poured(cup, 100 mL)".into();
+        row.margin = Some(Measure { value: -60e-6, unit: "m^3".into() });
+        let fluent = Some("poured(cup, 100 mL)");
+        why(&Question { run: &run, number: Some(3), fluent, earlier: &[], place: &|_| None })
+            .unwrap()
+    };
+    assert!(told(Outcome::Failure).contains(":gap says"));
+    let stopped = told(Outcome::Stopped);
+    assert!(!stopped.contains(":gap") && stopped.contains(":replay 3 2"), "{stopped}");
 }

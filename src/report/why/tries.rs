@@ -18,7 +18,8 @@ pub(in crate::report) fn tries(
     row: Option<&FluentRow>,
 ) -> String {
     let mut found: Vec<String> = Vec::new();
-    if let Some(row) = row {
+    // What was stopped did not come to what it promises, and that says nothing of twin and cell.
+    if let Some(row) = row.filter(|_| step.outcome != Outcome::Stopped) {
         found.extend(by_margin(step, row));
     }
     found.extend(other_branches(question.run, step));
