@@ -40,8 +40,10 @@ pub trait Plant: Send {
 const PERIOD: f64 = 0.004;
 /// After the last command of a motion the arm is given this long to get there, s.
 const SETTLE: f64 = 0.2;
-/// A joint that is too far behind its command for so long does not follow it, s: an arm that starts late is no stuck one.
+/// A joint that is too far from its command for so long, while that rests, does not follow it, s.
 const BEHIND_FOR: f64 = 0.5;
+/// A command that is slower rests, rad/s.
+const RESTING: f64 = 1e-6;
 /// How fast a stopped joint is slowed down, rad/s²: under the 4.94 rad/s² of the arm's hard limits (MoveIt
 /// configuration of `ros_kortex`), so that the servo keeps up and nothing is shaken.
 const BRAKE: f64 = 4.0;
@@ -57,7 +59,7 @@ pub struct Ticked<P> {
     dq_cmd: Vec<f64>,
     /// Where the fingers are to go, and in how many ticks.
     fingers: Option<(ClearedGrip, usize)>,
-    /// Ticks for which a joint has been too far behind its command.
+    /// Ticks for which a joint has been too far from a command that rests.
     behind: usize,
 }
 
@@ -101,6 +103,10 @@ impl<P: Plant> Ticked<P> {
             self.behind = 0;
             return Ok(());
         };
+        // On its way an arm may be late; where nothing is asked of it any more it must have come.
+        if self.dq_cmd.iter().any(|dq| dq.abs() > RESTING) {
+            return Ok(());
+        }
         self.behind += 1;
         if self.behind as f64 * PERIOD < BEHIND_FOR {
             return Ok(());
