@@ -11,12 +11,15 @@ use crate::motion::Robot;
 use crate::motion::dynamics::GRAVITY;
 use crate::trace::{Deed, StepRecord};
 use crate::units::{Dimension, Unit};
-use crate::world::{Object, Pose, Scene};
+use crate::world::{Object, Pose, Scene, WATER_DENSITY};
 
-use super::{Run, weighed, wording};
+use super::{Run, Water, weighed, wording};
 
 /// Kept before the vessel begins to turn, s.
 const BEFORE: f64 = 2.0;
+
+/// What a scale reads is taken over so long, s.
+const READ: f64 = 0.5;
 
 /// Half the time over which the lip's velocity is taken, s.
 const STRETCH: f64 = 0.05;
@@ -94,20 +97,63 @@ pub fn pour(
         column("tilt", "rad", tilt),
     ];
     let mut sidecar = arm.sidecar.clone();
-    let held = run
-        .water
-        .as_ref()
-        .map(|water| 1e-6 * (water.in_target_ml + water.in_source_ml + water.spilt_ml));
-    let spilt = run.water.as_ref().map(|water| 1e-6 * water.spilt_ml);
+    // What came into the target until the run ended, by the scale under it, whatever that read before.
+    let came =
+        |from: f64| (mean_at(arm, mass, f64::INFINITY) - mean_at(arm, mass, from)) / WATER_DENSITY;
+    let begins = turn.interval_s[0];
+    let believed = |name: &str| run.steps[turns - 1].measured.object(name).and_then(|o| o.water);
+    let weighed = run.water.as_ref();
+    let there = weighed
+        .map(|water| (1e-6 * in_vessel(water, target, water.in_target_ml) - came(begins)).max(0.0))
+        .or_else(|| believed(target));
+    let there = there.ok_or_else(|| unknown(target, &arm.name))?;
+    // What the scales say at the end is of this pour if nothing was poured after it.
+    let is_last =
+        !run.steps[turns..].iter().any(|step| step.interval_s[0] >= end && turns_one(step));
+    let weighed = weighed.filter(|_| is_last);
+    let held = weighed.map(|water| {
+        1e-6 * (in_vessel(water, source, water.in_source_ml) + water.spilt_ml) + came(begins)
+    });
+    let first = believed(source);
+    if held.is_none() && first.is_none() {
+        return Err(unknown(source, &arm.name));
+    }
     sidecar.pour = Some(Vessels {
         source: source.into(),
         target: target.into(),
         held_m3: held,
-        spilt_m3: spilt,
+        first_m3: first,
+        there_m3: Some(there),
+        spilt_m3: weighed.map(|water| 1e-6 * water.spilt_ml),
         borne_kg: weighed::borne(arm, robot, grasp.interval_s, turn.interval_s[0]),
     });
     let time = arm.time[rows].to_vec();
     Ok(Some(Recording { name: arm.name.clone(), time, columns, sidecar, notes: arm.notes.clone() }))
+}
+
+/// Returns what a vessel held when a run ended, mL, by the scales under it; records of older programs name none but the
+/// call's two.
+fn in_vessel(water: &Water, name: &str, else_ml: f64) -> f64 {
+    let found = water.vessels_ml.iter().find(|(vessel, _)| vessel == name);
+    found.map_or(else_ml, |(_, volume)| *volume)
+}
+
+/// Returns what the scale read on the mean of [`READ`] before a time, or at the end, kg.
+fn mean_at(arm: &Recording, mass: &[f64], time: f64) -> f64 {
+    let end = arm.time.partition_point(|t| *t <= time).max(1);
+    let begin = arm.time.partition_point(|t| *t < arm.time[end - 1] - READ).min(end - 1);
+    let rows = &mass[begin..end];
+    rows.iter().sum::<f64>() / rows.len() as f64
+}
+
+/// Whether a step turns a vessel to pour.
+fn turns_one(step: &StepRecord) -> bool {
+    step.deeds().any(|deed| matches!(deed, Deed::Turned { .. }))
+}
+
+/// Nobody knows what was in a vessel before a pour.
+fn unknown(vessel: &str, recording: &str) -> Error {
+    Error::new(wording::content_unrecorded(vessel), recording, wording::weigh_it())
 }
 
 /// Returns the step that turns a vessel to pour, the vessel, and what it is poured into.

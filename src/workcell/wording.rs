@@ -203,6 +203,17 @@ pub(super) fn give_the_scene() -> String {
     "give the scene of the run with `--scene FILE` or `--model FILE`".to_owned()
 }
 
+/// What was in a vessel before a pour is nowhere recorded.
+pub(super) fn content_unrecorded(vessel: &str) -> String {
+    format!("what `{vessel}` held before the pour is not recorded")
+}
+
+/// What helps then.
+pub(super) fn weigh_it() -> String {
+    "a run with scales, or one that knows what is in its vessels, says so; `RUN/arm.csv` is looked at as the arm's motion"
+        .to_owned()
+}
+
 /// The recording has no joints.
 pub(super) fn no_joints_recorded() -> String {
     "the run's recording has no joint positions".to_owned()

@@ -17,9 +17,34 @@ fn vessels() -> (trueup::world::Object, trueup::world::Object) {
     (scene.object("jar").unwrap().clone(), scene.object("cup").unwrap().clone())
 }
 
-/// Turns a jar with `water` m³ about its lip over the cup, back, waits, and carries it away; returns the
-/// recording of a scale under the cup (0.3 g of noise) as a CSV file.
+/// Turns a jar with `water` m³ about its lip over the cup, back, waits, and carries it away.
 fn poured(water: f64, dribble: Option<Dribble>, seed: u64) -> Recording {
+    // A second still, up at 12 deg/s, a second and a half, back at 45 deg/s, a second and away.
+    turned(water, dribble, seed, &[(1.0, 10.0, 2.0, 0.21), (11.5, 14.2, 0.0, 0.78)])
+}
+
+/// Pours some of a jar with 150 mL as a person does: some, weighed upright, some more.
+fn poured_in_steps(dribble: Option<Dribble>, seed: u64) -> Recording {
+    let course = [
+        (1.0, 4.0, 1.25, 0.5),
+        (6.0, 7.0, 1.30, 0.1),
+        (10.0, 13.0, 0.0, 0.78),
+        (15.0, 18.0, 1.27, 0.5),
+        (19.0, 20.0, 1.33, 0.1),
+        (22.0, 23.0, 1.36, 0.1),
+        (26.0, 29.0, 0.0, 0.78),
+    ];
+    turned(150e-6, dribble, seed, &course)
+}
+
+/// Turns a jar with `water` m³ about its lip over the cup, between times (s) to a tilt (rad) at a rate (rad/s), and carries it away;
+/// returns the recording of a scale under the cup (0.3 g of noise) as a CSV file.
+fn turned(
+    water: f64,
+    dribble: Option<Dribble>,
+    seed: u64,
+    course: &[(f64, f64, f64, f64)],
+) -> Recording {
     const DT: f64 = 1.0 / 240.0;
     let (jar, cup) = vessels();
     let lip = Point3::new(0.0325, 0.0, 0.14);
@@ -46,14 +71,13 @@ fn poured(water: f64, dribble: Option<Dribble>, seed: u64) -> Recording {
     let (mut csv, mut tilt, mut away) =
         ("t[s],tilt[deg],mass[g],inside[mm]\n".to_owned(), 0.0, 0.0);
     let mut noise = seed;
-    for step in 0..(17.0 / DT) as usize {
+    let end = course.last().unwrap().1;
+    for step in 0..((end + 2.8) / DT) as usize {
         let t = step as f64 * DT;
-        // A second still, up at 12 deg/s, a second and a half, back at 45 deg/s, a second and away.
-        match t {
-            t if (1.0..10.0).contains(&t) => tilt = (tilt + 0.21 * DT).min(2.0),
-            t if (11.5..14.2).contains(&t) => tilt = (tilt - 0.78 * DT).max(0.0),
-            t if t > 15.0 => away += 0.25 * DT,
-            _ => {}
+        if let Some((_, _, to, rate)) = course.iter().find(|turn| (turn.0..turn.1).contains(&t)) {
+            tilt += (to - tilt).clamp(-rate * DT, rate * DT);
+        } else if t > end + 0.8 {
+            away += 0.25 * DT;
         }
         fluid.step(&[pose(tilt, away), Isometry3::identity()]);
         if step % 5 == 0 {
@@ -91,6 +115,8 @@ pub(super) fn poured_over(level: f64, seed: u64) -> Recording {
         source: "jar".into(),
         target: "cup".into(),
         held_m3: Some(150e-6),
+        first_m3: None,
+        there_m3: None,
         spilt_m3: Some(beside),
         borne_kg: None,
     });
@@ -150,6 +176,62 @@ fn a_jar_that_held_more_than_declared_is_named() {
     assert!((volume - 200.0).abs() < 4.0, "{volume} mL");
 }
 
+/// What a recording is of, as the folder of a run says it: what was in jar and cup at first, and what scales said at the end.
+fn between(
+    first: f64,
+    there: f64,
+    held: Option<f64>,
+) -> trueup::discovery::recording::sidecar::Vessels {
+    trueup::discovery::recording::sidecar::Vessels {
+        source: "jar".into(),
+        target: "cup".into(),
+        held_m3: held,
+        first_m3: Some(first),
+        there_m3: Some(there),
+        spilt_m3: held.map(|_| 0.0),
+        borne_kg: None,
+    }
+}
+
+#[test]
+fn the_rest_of_a_jar_poured_on_top_of_what_is_in_the_cup_lacks_nothing() {
+    for held in [None, Some(90e-6)] {
+        let mut recording = poured(90e-6, None, 9);
+        let mass = recording.columns.iter_mut().find(|column| column.name == "mass").unwrap();
+        mass.values.iter_mut().for_each(|value| *value += 60.0);
+        recording.sidecar.pour = Some(between(90e-6, 60e-6, held));
+        let finding = found(&[recording]);
+        assert_eq!(finding.verdict, Verdict::NothingMissing, "{:#?}", finding.effects);
+    }
+}
+
+#[test]
+fn a_pour_in_steps_lacks_nothing_and_what_runs_on_from_the_lip_is_still_named() {
+    let told = |dribble, seed| {
+        let mut recording = poured_in_steps(dribble, seed);
+        recording.sidecar.pour = Some(between(150e-6, 0.0, Some(150e-6)));
+        recording
+    };
+    let finding = found(&[told(None, 10), told(None, 11)]);
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:#?}", finding.effects);
+    let dribble = Dribble { volume: 12e-6, delay: 1.2 };
+    let finding = found(&[told(Some(dribble), 12), told(Some(dribble), 13)]);
+    let names: Vec<&str> = finding.effects.iter().map(|effect| effect.name.as_str()).collect();
+    assert_eq!(names, ["lip_dribble"], "{:#?}", finding.effects);
+}
+
+#[test]
+fn of_pours_between_several_vessels_those_of_the_lasts_are_looked_at() {
+    let mut others = poured_quickly();
+    let mut vessels = between(0.0, 0.0, None);
+    (vessels.source, vessels.target) = (vessels.target, vessels.source);
+    others.sidecar.pour = Some(vessels);
+    let finding = found(&[others, poured(150e-6, None, 1)]);
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:#?}", finding.effects);
+    let is_told = |note: &String| note.contains("a pour from `cup` into `jar`");
+    assert!(finding.notes.iter().any(is_told), "{:?}", finding.notes);
+}
+
 /// The hand weighs what it holds before it pours; the jar is declared with 160 g and 150 mL.
 #[test]
 fn a_jar_that_is_heavier_in_the_hand_than_declared_is_named_and_one_within_the_hands_error_is_not()
@@ -160,6 +242,8 @@ fn a_jar_that_is_heavier_in_the_hand_than_declared_is_named_and_one_within_the_h
             source: "jar".into(),
             target: "cup".into(),
             held_m3: Some(150e-6),
+            first_m3: None,
+            there_m3: None,
             spilt_m3: Some(0.0),
             borne_kg: Some(borne),
         });
@@ -196,6 +280,8 @@ fn a_pour_between_unknown_vessels_is_told() {
         source: "jug".into(),
         target: "cup".into(),
         held_m3: None,
+        first_m3: None,
+        there_m3: None,
         spilt_m3: None,
         borne_kg: None,
     });

@@ -74,6 +74,8 @@ fn sheet(viscosity: f64, seed: u64) -> Recording {
         source: "jar".into(),
         target: "cup".into(),
         held_m3: Some(filled),
+        first_m3: None,
+        there_m3: None,
         spilt_m3: None,
         borne_kg: None,
     });

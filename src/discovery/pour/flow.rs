@@ -25,6 +25,8 @@ pub(super) struct Flow {
     pub(super) film: (f64, f64),
     /// Viscosity beyond that of water, Pa·s.
     pub(super) viscosity: f64,
+    /// What the other vessel holds at first, m³.
+    pub(super) there: f64,
     /// What the other vessel holds when it is full, m³.
     pub(super) brim: f64,
 }
@@ -36,10 +38,10 @@ const MOST_STEPS: f64 = 1e3;
 
 /// Returns the volume in the other vessel at each row of the pour, and what is beside both at its end, m³.
 pub(super) fn arrived(pour: &Pour, flow: &Flow) -> (Vec<f64>, f64) {
-    let (mut left, mut film, mut there, mut was_full) = (flow.volume, 0.0, 0.0, false);
+    let (mut left, mut film, mut there, mut was_full) = (flow.volume, 0.0, flow.there, false);
     let mut beside = 0.0;
     let mut out: Vec<f64> = Vec::with_capacity(pour.time.len());
-    let mut curve: Vec<(f64, f64)> = vec![(pour.time[0], 0.0)];
+    let mut curve: Vec<(f64, f64)> = vec![(pour.time[0], there)];
     for row in 1..pour.time.len() {
         let span = pour.time[row] - pour.time[row - 1];
         let steps = (span / STEP).ceil().clamp(1.0, MOST_STEPS);

@@ -68,6 +68,9 @@ pub(super) struct PourGap {
 /// How exactly a vessel is filled to what is declared, as a part of it: by eye, to a line.
 const FILLED: f64 = 0.03;
 
+/// A vessel that holds what it is filled with to this, m³, was not poured from before.
+const UNTOUCHED: f64 = 1e-7;
+
 /// How well the water beside the vessels is told, m³: some of it dries, some stays on the gripper.
 const BESIDE: f64 = 5e-6;
 
@@ -110,12 +113,13 @@ impl PourGap {
         let pour = &self.pours[at];
         let (own, found) = parameters.split_at(OWN.len());
         let mut flow = Flow {
-            volume: pour.held.unwrap_or(pour.declared),
+            volume: self.at_first(at, terms, parameters),
             discharge: own[0],
             delay: own[1],
             lean: own[2],
             film: (0.0, 1.0),
             viscosity: 0.0,
+            there: pour.there,
             brim: pour.brim,
         };
         let (mut gain, mut drift, mut most) = (1.0, 0.0, f64::INFINITY);
@@ -125,8 +129,6 @@ impl PourGap {
                 let (mine, rest) = numbers.split_at(self.specs(term).len());
                 numbers = rest;
                 match term {
-                    // What scales said of this very pour is better than what holds for all.
-                    Term::Volume => flow.volume = pour.held.unwrap_or(mine[0]),
                     Term::Dribble => flow.film = (mine[0], mine[1]),
                     Term::Gain => gain *= mine[0],
                     Term::Drift => drift += mine[0],
@@ -134,15 +136,16 @@ impl PourGap {
                     Term::Viscosity => flow.viscosity = (mine[0] - WATER).max(0.0),
                     Term::Overflow => flow.brim = mine[0],
                     Term::Clip => most = mine[0],
-                    // What the hand bears does not pour otherwise.
-                    Term::Mass => {}
+                    // The volume is in the flow, and what the hand bears does not pour otherwise.
+                    Term::Volume | Term::Mass => {}
                 }
             }
         }
         let start = pour.time[0];
         let (there, beside) = arrived(pour, &flow);
         let read = |(volume, time): (&f64, &f64)| {
-            (gain * WATER_DENSITY * volume + drift * (time - start)).min(most)
+            let gained = WATER_DENSITY * (volume - pour.there);
+            (gain * gained + drift * (time - start)).min(most - pour.zero)
         };
         (there.iter().zip(&pour.time).map(read).collect(), beside)
     }
@@ -173,22 +176,56 @@ impl PourGap {
     /// known: what the vessel held, beside what it is filled to, and what the hand bore.
     fn weighed(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Vec<f64> {
         let pour = &self.pours[at];
-        let filled = self.filled(at, terms, parameters);
-        let held = pour.held.map(|held| (held - filled) / (FILLED * pour.declared.max(1e-6)));
+        let filled = self.believed(at, terms, parameters);
+        let most = pour.first.unwrap_or(0.0).max(pour.declared);
+        let held = pour.held.map(|held| (held - filled) / (FILLED * most.max(1e-6)));
         let borne = self.borne(at, terms, parameters).map(|off| off / BORNE);
         held.into_iter().chain(borne).collect()
     }
 
-    /// Returns what a vessel was filled with, m³, as the effects say.
-    fn filled(&self, at: usize, terms: &[Term], parameters: &[f64]) -> f64 {
-        self.said(Term::Volume, terms, parameters).unwrap_or(self.pours[at].declared)
+    /// Returns what a vessel held at first, m³: what scales said of this very pour is better than what holds for all.
+    fn at_first(&self, at: usize, terms: &[Term], parameters: &[f64]) -> f64 {
+        self.pours[at].held.unwrap_or_else(|| self.believed(at, terms, parameters).max(0.0))
+    }
+
+    /// Returns what a vessel held at first, m³, as the effects say: what it was filled with, less what has left it since.
+    fn believed(&self, at: usize, terms: &[Term], parameters: &[f64]) -> f64 {
+        let filled = self.said(Term::Volume, terms, parameters);
+        filled.unwrap_or(self.pours[at].declared) - self.drawn(at)
+    }
+
+    /// Returns what had left a vessel before this pour, m³, by the belief of whoever poured: nothing where it was as full as
+    /// the scene or its twin says.
+    fn drawn(&self, at: usize) -> f64 {
+        let pour = &self.pours[at];
+        let Some(first) = pour.first else { return 0.0 };
+        let known = self.known_volume();
+        let is_new = [Some(pour.declared), known]
+            .into_iter()
+            .flatten()
+            .any(|full| (first - full).abs() < UNTOUCHED);
+        if is_new { 0.0 } else { known.unwrap_or(pour.declared) - first }
+    }
+
+    /// Returns what the model says already that the vessel is filled with, m³.
+    fn known_volume(&self) -> Option<f64> {
+        let mut numbers = &self.known.1[..];
+        let mut said = None;
+        for term in &self.known.0 {
+            let (mine, rest) = numbers.split_at(self.specs(term).len());
+            numbers = rest;
+            if *term == Term::Volume {
+                said = Some(mine[0]);
+            }
+        }
+        said
     }
 
     /// Returns by how much the hand bore more than the effects say, kg; `None` if nobody weighed it.
     pub(super) fn borne(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Option<f64> {
         let pour = &self.pours[at];
         let empty = self.said(Term::Mass, terms, parameters).unwrap_or(pour.empty);
-        let inside = pour.held.unwrap_or_else(|| self.filled(at, terms, parameters));
+        let inside = self.at_first(at, terms, parameters);
         Some(pour.borne? - empty - WATER_DENSITY * inside)
     }
 }
@@ -238,9 +275,9 @@ impl Residuals for PourGap {
                 continue;
             }
             let (predicted, beside) = self.predicted(at, terms, parameters);
-            for (row, value) in predicted.iter().enumerate() {
+            for (row, left) in pour.left(&predicted).into_iter().enumerate() {
                 if self.is_in(at, row, set) {
-                    all.push((pour.mass[row] - value) / pour.noise[row]);
+                    all.push(left / pour.noise[row]);
                 }
             }
             if self.has_single(at, set) {
@@ -275,9 +312,13 @@ impl Residuals for PourGap {
     ) -> Vec<Candidate<Term>> {
         let declared = self.pours[0].declared;
         let most = |pour: &Pour| pour.mass.iter().copied().fold(0.0, f64::max);
-        let most = self.pours.iter().map(most).fold(0.0, f64::max);
-        let below = |factor: f64| {
-            [1.0, 0.98, 0.95, 0.9, 0.8, 0.6].map(|part| vec![part * most * factor]).to_vec()
+        // Where the reading stopped, less and less of what came.
+        let below = |from: &dyn Fn(&Pour) -> f64, factor: f64| {
+            let highest = |part: f64| {
+                let stops = self.pours.iter().map(|pour| from(pour) + part * most(pour) * factor);
+                stops.fold(0.0, f64::max)
+            };
+            [1.0, 0.98, 0.95, 0.9, 0.8, 0.6].map(|part| vec![highest(part)]).to_vec()
         };
         let felt = self.pours.iter().any(|pour| pour.borne.is_some());
         let free = |term: &Term| {
@@ -295,8 +336,8 @@ impl Residuals for PourGap {
                     Term::Drift => vec![vec![0.0]],
                     Term::Viscosity => [WATER, 0.05, 0.3, 2.0].map(|value| vec![value]).to_vec(),
                     Term::Mass => vec![vec![self.pours[0].empty]],
-                    Term::Overflow => below(1.0 / WATER_DENSITY),
-                    Term::Clip => below(1.0),
+                    Term::Overflow => below(&|pour| pour.there, 1.0 / WATER_DENSITY),
+                    Term::Clip => below(&|pour| pour.zero, 1.0),
                 };
                 Candidate { term, with: Vec::new(), starts, surcharge: 0.0 }
             })

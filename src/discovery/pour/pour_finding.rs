@@ -12,7 +12,9 @@ use crate::discovery::{Investigation, Trace};
 use crate::language::ast::EffectItem;
 use crate::world::Scene;
 
-/// Finds what a scene's twin lacks of pours: of several the last is held out, of one every second second.
+/// Finds what a scene's twin lacks of pours: of several the last is held out, of one every second second, and of all where only the
+/// last was poured in one turn. Pours between other
+/// vessels than the last's are left out, with a note.
 ///
 /// # Errors
 ///
@@ -24,13 +26,25 @@ pub fn investigate(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Investigation, Error> {
-    let pours: Vec<Pour> =
+    let all: Vec<Pour> =
         recordings.iter().map(|recording| Pour::of(recording, scene)).collect::<Result<_, _>>()?;
     let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
+    // An effect is at a vessel: pours between others say nothing of it.
+    let vessels = all.last().map(|pour| pour.vessels.clone()).unwrap_or_default();
+    let (pours, others): (Vec<Pour>, Vec<Pour>) =
+        all.into_iter().partition(|pour| pour.vessels == vessels);
+    notes.extend(others.iter().map(|pour| wording::other_vessels(&pour.name, &pour.vessels)));
     notes.extend(pours.iter().flat_map(|pour| pour.notes.clone()));
-    let sets = sets(pours.len());
+    let mut sets = sets(pours.len());
     if pours.len() == 1 {
         notes.push(wording::one_pour());
+    } else if let Some((last, fitted)) = pours.split_last()
+        && !last.is_in_steps()
+        && fitted.iter().all(Pour::is_in_steps)
+    {
+        // Pours in steps say little of how fast a vessel runs out: the last is needed for it too.
+        sets = vec![None; pours.len()];
+        notes.push(wording::all_cut());
     }
     let mut gap = PourGap { pours, sets, known: (Vec::new(), Vec::new()) };
     notes.extend(take_known(&mut gap, known));
@@ -98,7 +112,7 @@ impl PourGap {
     /// Returns measured minus model of one pour, kg.
     fn left_of(&self, at: usize, terms: &[Term], parameters: &[f64]) -> Vec<f64> {
         let (predicted, _) = self.predicted(at, terms, parameters);
-        self.pours[at].mass.iter().zip(predicted).map(|(mass, value)| mass - value).collect()
+        self.pours[at].left(&predicted)
     }
 
     /// Returns which rows of a pour were held out.
@@ -245,12 +259,12 @@ impl Worded for PourGap {
 fn place(gap: &PourGap, nothing: &Hypothesis<Term>) -> Channel {
     let (mut square, mut rows, mut late) = (0.0, 0_usize, [0.0; 2]);
     for (at, pour) in gap.pours.iter().enumerate() {
-        let (predicted, _) = gap.predicted(at, &[], &nothing.parameters);
+        let left = gap.left_of(at, &[], &nothing.parameters);
         let upright_again = pour.tilt.iter().rposition(|tilt| tilt.abs() > 0.5).unwrap_or(0);
-        for (row, (mass, value)) in pour.mass.iter().zip(predicted).enumerate() {
-            square += (mass - value).powi(2);
+        for (row, left) in left.into_iter().enumerate() {
+            square += left.powi(2);
             rows += 1;
-            let scaled = (mass - value) / pour.noise[row];
+            let scaled = left / pour.noise[row];
             late[usize::from(row > upright_again)] += scaled * scaled;
         }
     }

@@ -42,10 +42,21 @@ pub(super) fn inside_unknown(recording: &str, target: &str) -> String {
     format!("{recording}: no column `inside[m]`; the lip is taken to stay over `{target}`")
 }
 
+pub(super) fn other_vessels(recording: &str, [source, target]: &[String; 2]) -> String {
+    format!(
+        "{recording}: a pour from `{source}` into `{target}`, other vessels than the last one's; it is left out, give it by \
+         itself to have it looked at"
+    )
+}
+
 pub(super) fn one_pour() -> String {
     "one pour cannot be cut in two: every second second of it is held out; a second run would \
      be a better judge"
         .into()
+}
+
+pub(super) fn all_cut() -> String {
+    "only the last pour was in one turn: every second second of each is held out, not all of the last".into()
 }
 
 pub(super) fn not_of_pouring(effect: &EffectItem) -> String {

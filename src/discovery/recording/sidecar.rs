@@ -158,6 +158,12 @@ pub struct Vessels {
     /// What the source held at first, as scales said afterwards, m³.
     #[serde(default)]
     pub held_m3: Option<f64>,
+    /// What the source was believed to hold at first, m³; without it what the scene fills it with.
+    #[serde(default)]
+    pub first_m3: Option<f64>,
+    /// What the target held at first, m³; without it nothing.
+    #[serde(default)]
+    pub there_m3: Option<f64>,
     /// What was beside both vessels at the end, m³.
     #[serde(default)]
     pub spilt_m3: Option<f64>,
