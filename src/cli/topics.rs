@@ -102,7 +102,7 @@ shows why. Here 0.8 N*m of dry friction is missing, then nothing:
 Your arm: columns `t[s]`, `q_1[rad]`, `tau_1[N*m]`, ..; other names are mapped.
   trueup gap a.csv b.csv --robot-file arm.urdf --map 'time=t[s],j1=q_1[rad]'
 Write what was found into a model, then the next run is simulated with it:
-  trueup gap runs/1 runs/2 --model bench.task --apply
+  trueup gap 1 2 --model bench.task --apply
 The same, with an effect that the laboratory hides: `trueup help lab`.
 Points and pixels of a camera, equations, held things: docs/method.md.",
     },

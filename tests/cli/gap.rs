@@ -275,3 +275,42 @@ fn a_pour_by_any_other_name_is_a_pour_to_gap() {
     assert!(said.out.contains("the scale read what the model says"), "{}{}", said.out, said.err);
     assert!(said.out.contains("liquid_volume"), "{}", said.out);
 }
+
+/// A folder of runs as it is after a day: one that was refused, two in which the arm moved, and answers to a quiz.
+#[test]
+fn a_folder_of_runs_is_its_runs_and_what_cannot_serve_is_named() {
+    let scratch = Scratch::new("cli-gap-runs");
+    let said = scratch.trueup(&["-c", "pour(jar, cup, amount: 900 mL)", "--record", "runs"]);
+    assert_ne!(said.code, 0, "{}", said.out);
+    let refused = fs::read_dir(scratch.path("runs")).unwrap().next().unwrap().unwrap().path();
+    assert!(fs::read_to_string(refused.join("arm.csv")).unwrap().lines().count() < 2);
+    let moved = ["29991231-000001-move", "29991231-000002-move"].map(|name| format!("runs/{name}"));
+    for (folder, name) in moved.iter().zip(["control_a", "control_b"]) {
+        fs::create_dir(scratch.path(folder)).unwrap();
+        fs::copy(refused.join("run.json"), scratch.path(folder).join("run.json")).unwrap();
+        for (ending, file) in [("csv", "arm.csv"), ("json", "arm.json")] {
+            let from = recording(&format!("{name}.{ending}"));
+            fs::copy(from, scratch.path(folder).join(file)).unwrap();
+        }
+    }
+    scratch.file("runs/answers.jsonl", "{}\n");
+    let notes = |args: &[&str]| {
+        let finding = scratch.trueup(&[&["gap"], args, &["--json"]].concat()).json();
+        assert_eq!(finding["verdict"], "nothing_missing", "{finding}");
+        finding["notes"].to_string()
+    };
+    let refused = refused.strip_prefix(scratch.path("")).unwrap().display().to_string();
+    let all = ["runs/answers.jsonl", &refused, &moved[0], &moved[1]];
+    let told = notes(&all);
+    assert!(told.contains("answers.jsonl is left out: no recording"), "{told}");
+    let still = "is left out: the run ended before the arm moved";
+    assert!(told.contains(still), "{told}");
+    assert!(notes(&["runs"]).contains(still));
+    assert!(!notes(&["2", "3"]).contains("left out"));
+
+    let said = scratch.trueup(&["gap", "1", "--json"]);
+    assert_eq!((said.code, said.error("code").as_str()), (2, "gap::nothing"), "{}", said.out);
+    assert!(said.error("help").contains("before the arm moved"), "{}", said.out);
+    let said = scratch.trueup(&["gap", "7", "--json"]);
+    assert_eq!((said.code, said.error("code").as_str()), (2, "run::unknown"), "{}", said.out);
+}

@@ -18,6 +18,7 @@ use crate::world::Scene;
 use super::super::cell::stdlib;
 use super::super::inputs::{arm_rows, data, read};
 use super::super::shared::Shared;
+use super::given::Aside;
 use super::{GapArgs, failure};
 
 /// What all the recordings are of.
@@ -36,9 +37,12 @@ pub(super) struct Inputs {
     pub(super) scene: Option<Scene>,
     /// The runs among what was given, each with the name of its folder.
     pub(super) runs: Vec<(String, Run)>,
+    /// What of the paths was looked at.
+    pub(super) used: Vec<PathBuf>,
 }
 
-/// Reads every recording; a run folder's is its pour, if it has one and a scale was read, else the arm's.
+/// Reads every recording; a run folder's is its pour, if it has one and a scale was read, else the arm's. Of several runs those of
+/// another kind than the last are left out, and those of which nothing can be told.
 pub(super) fn inputs(
     args: &GapArgs,
     map: &Map,
@@ -51,6 +55,8 @@ pub(super) fn inputs(
         args.recordings.iter().map(|path| run_at(path)).collect::<Result<_, _>>()?;
     let has = |is: fn(&Recording) -> bool| files.iter().flatten().any(is);
     let mut scene = None;
+    let mut aside = Aside::default();
+    let mut refused = None;
     if runs.iter().any(Option::is_some) || has(Pour::is_one) || has(Held::is_one) {
         let own = scene_of(cli, model, style)?;
         let robot = stdlib(cli)?.robot(&own.robot).map_err(|error| {
@@ -58,31 +64,44 @@ pub(super) fn inputs(
         })?;
         for ((file, run), path) in files.iter_mut().zip(&runs).zip(&args.recordings) {
             let Some(run) = run else { continue };
-            for recording in file {
-                let pour = poured::pour(run, recording, &robot, &own).map_err(|e| failure(&e))?;
-                match pour {
+            for recording in &mut *file {
+                match poured::pour(run, recording, &robot, &own) {
                     // The arm's recording of a run, by itself, is what was asked for.
-                    Some(pour) if path.is_dir() => *recording = pour,
+                    Ok(Some(pour)) if path.is_dir() => *recording = pour,
+                    Err(error) if path.is_dir() => {
+                        aside.add(path, error.what.as_str());
+                        refused.get_or_insert_with(|| failure(&error));
+                    }
                     _ => carried::carried(run, recording, &robot, &own),
                 }
+            }
+            if aside.has(path) {
+                file.clear();
             }
         }
         scene = Some(own);
     }
-    let recordings = flat(files);
-    let kinds: Vec<Kind> = recordings.iter().map(kind_of).collect();
-    let kind = kinds[0];
-    if let Some(at) = kinds.iter().position(|other| *other != kind) {
-        let words = |kind: Kind| match kind {
-            Kind::Arm => "the motion of an arm",
-            Kind::Pours => "a pour",
-            Kind::Held => "a thing in the hand",
-        };
-        let message =
-            format!("the first recording is of {}, this one of {}", words(kind), words(kinds[at]));
-        return Err(Failure::input("gap::mixed", message)
-            .at(recordings[at].name.as_str())
-            .help("compare like with like; `RUN/arm.csv` is the arm's recording of a run"));
+    let kinds: Vec<Option<Kind>> = files.iter().map(|file| file.first().map(kind_of)).collect();
+    let Some(kind) = kinds.iter().rev().find_map(|kind| *kind) else {
+        return Err(refused.unwrap_or_else(nothing));
+    };
+    for ((file, other), path) in files.iter_mut().zip(&kinds).zip(&args.recordings) {
+        let Some(other) = other.filter(|other| *other != kind) else { continue };
+        if !path.is_dir() {
+            return Err(mixed(kind, other, path));
+        }
+        let (is, last) = (words(other), words(kind));
+        aside.add(
+            path,
+            format!("{is}, where the last is {last}; `trueup gap RUN...` takes them by themselves"),
+        );
+        file.clear();
+    }
+    let used = args.recordings.iter().zip(&files).filter(|(_, file)| !file.is_empty());
+    let used: Vec<PathBuf> = used.map(|(path, _)| path.clone()).collect();
+    let mut recordings = flat(files);
+    if let Some(first) = recordings.first_mut() {
+        first.notes.extend(aside.notes());
     }
     let scene = scene.filter(|_| kind != Kind::Arm);
     let names = args.recordings.iter().map(|path| {
@@ -90,7 +109,27 @@ pub(super) fn inputs(
         folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned()
     });
     let runs = names.zip(runs).filter_map(|(name, run)| Some((name, run?))).collect();
-    Ok(Inputs { recordings, kind, scene, runs })
+    Ok(Inputs { recordings, kind, scene, runs, used })
+}
+
+fn words(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Arm => "the motion of an arm",
+        Kind::Pours => "a pour",
+        Kind::Held => "a thing in the hand",
+    }
+}
+
+/// Recordings of several kinds that are no run folders.
+fn mixed(last: Kind, this: Kind, path: &Path) -> Failure {
+    let message = format!("this recording is of {}, the last is of {}", words(this), words(last));
+    Failure::input("gap::mixed", message)
+        .at(path.display().to_string())
+        .help("compare like with like; `RUN/arm.csv` is the arm's recording of a run")
+}
+
+fn nothing() -> Failure {
+    Failure::input("gap::nothing", "nothing of what is given can be looked at")
 }
 
 fn kind_of(recording: &Recording) -> Kind {
@@ -108,29 +147,9 @@ pub(super) fn plain(args: &GapArgs, map: &Map) -> Result<Vec<Recording>, Failure
     read_all(args, map).map(flat)
 }
 
-/// Reads what each file holds: one recording, or several whose clocks start again. Of several runs those that ended before
-/// the arm moved are left out, with a note.
+/// Reads what each file holds: one recording, or several whose clocks start again.
 fn read_all(args: &GapArgs, map: &Map) -> Result<Vec<Vec<Recording>>, Failure> {
-    let (still, moved): (Vec<&PathBuf>, Vec<&PathBuf>) =
-        args.recordings.iter().partition(|path| is_still(path));
-    if moved.is_empty() {
-        return still.into_iter().map(|path| recordings_at(path, map)).collect();
-    }
-    let mut files: Vec<Vec<Recording>> =
-        moved.into_iter().map(|path| recordings_at(path, map)).collect::<Result<_, _>>()?;
-    let notes = still
-        .iter()
-        .map(|path| format!("{} is left out: the run ended before the arm moved", path.display()));
-    if let Some(first) = files.iter_mut().flatten().next() {
-        first.notes.extend(notes);
-    }
-    Ok(files)
-}
-
-/// Whether a folder is a run without a single row of the arm.
-fn is_still(path: &Path) -> bool {
-    let text = path.is_dir().then(|| std::fs::read_to_string(path.join("arm.csv")));
-    text.is_some_and(|text| text.is_ok_and(|text| text.lines().count() < 2))
+    args.recordings.iter().map(|path| recordings_at(path, map)).collect()
 }
 
 /// The recordings of all files in a row; where files hold several, it is said which one is held out.

@@ -1,6 +1,7 @@
 //! `trueup gap`: what the model lacks, from recordings or from points that a camera saw.
 
 mod apply;
+mod given;
 mod inputs;
 mod points;
 
@@ -31,10 +32,10 @@ use inputs::{Inputs, Kind, inputs, plain, robot_of};
 /// The part of a single recording that is held out.
 const HOLDOUT: f64 = 0.33;
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct GapArgs {
-    /// Recordings (CSV, or ROS 2 bags in MCAP), run folders, or tables of points and their pixels
-    /// (`x[m],y[m],z[m],u[px],v[px],view`); of several, the last is held out.
+    /// Recordings (CSV, or ROS 2 bags in MCAP), run folders, numbers of runs, folders of runs, or tables of points and
+    /// their pixels (`x[m],y[m],z[m],u[px],v[px],view`); of several, the last is held out.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// The model to correct: a `.task` file with a `twin` or a `model`.
@@ -85,20 +86,26 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
         .help("give a fraction between 0 and 1, such as 0.33"));
     }
     let map = Map::parse(&args.map).map_err(|error| failure(&error))?;
+    let given::Given { paths, notes } = given::given(&args.recordings, &cli.cell.record)?;
+    let mut args = GapArgs { recordings: paths, ..args.clone() };
     if args.recordings.first().is_some_and(|path| points::is_table(path, &map)) {
-        return points::gap(args, &map, cli, style);
+        return points::gap(&args, &map, cli, style);
     }
     if let Some(path) = &args.model {
         let text = read(path)?;
         if equation::model_in(&text, "").is_some() {
-            let recordings = plain(args, &map)?;
+            let mut recordings = plain(&args, &map)?;
+            recordings[0].notes.extend(notes);
             held_out_is_new(&recordings)?;
-            return equations(args, path, &text, &recordings, style);
+            return equations(&args, path, &text, &recordings, style);
         }
     }
-    let model = model_of(args, style)?;
-    let Inputs { mut recordings, kind, scene, runs } =
-        inputs(args, &map, model.as_ref(), cli, style)?;
+    let model = model_of(&args, style)?;
+    let Inputs { mut recordings, kind, scene, runs, used } =
+        inputs(&args, &map, model.as_ref(), cli, style)?;
+    recordings[0].notes.extend(notes);
+    args.recordings = used;
+    let args = &args;
     held_out_is_new(&recordings)?;
     let known = model.as_ref().map_or(&[][..], |(_, file)| file.effects());
     let robot;

@@ -1,0 +1,143 @@
+//! Which of what `trueup gap` is given can serve: runs by their numbers, folders of runs, and what is passed over.
+//!
+//! No recording is read here but to see whether it has rows.
+
+use std::path::{Path, PathBuf};
+
+use crate::report::{Failure, kept};
+use crate::workcell::archive;
+
+/// What lies in a folder of runs, or beside a recording, and is none: answers, priors, sidecars, pages.
+const NO_RECORDING: [&str; 7] = ["jsonl", "json", "task", "html", "toml", "svg", "md"];
+
+/// What can be looked at, and what is said of the rest.
+pub(super) struct Given {
+    pub(super) paths: Vec<PathBuf>,
+    pub(super) notes: Vec<String>,
+}
+
+/// Finds what is meant: a number or a name is a run of the folder `root`, a folder that is no run is the runs in it. Of several
+/// what cannot serve is passed over, with a note.
+pub(super) fn given(wanted: &[PathBuf], root: &Path) -> Result<Given, Failure> {
+    let mut paths = Vec::new();
+    for path in wanted {
+        paths.extend(meant(path, root)?);
+    }
+    let mut aside = Aside::default();
+    let mut kept = Vec::new();
+    let is_alone = paths.len() == 1;
+    for path in paths {
+        // What is wrong with a file that is given alone is said by whoever reads it.
+        match useless(&path).filter(|_| !is_alone || path.is_dir()) {
+            Some(why) => aside.add(&path, why),
+            None => kept.push(path),
+        }
+    }
+    let notes = aside.notes();
+    if !kept.is_empty() {
+        return Ok(Given { paths: kept, notes });
+    }
+    let at = wanted.first().map_or_else(String::new, |path| path.display().to_string());
+    Err(Failure::input("gap::nothing", "nothing of what is given can be looked at")
+        .at(at)
+        .help(notes.join("; ")))
+}
+
+/// Returns what a word on the line means: a path, or runs.
+fn meant(path: &Path, root: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let folders = |of: &Path| archive::entries(of).into_iter().map(|entry| entry.dir).collect();
+    if path.is_dir() {
+        let is_one = ["run.json", "arm.csv"].iter().any(|file| path.join(file).is_file());
+        let runs: Vec<PathBuf> = if is_one { Vec::new() } else { folders(path) };
+        return Ok(if runs.is_empty() { vec![path.to_owned()] } else { runs });
+    }
+    let word = path.to_string_lossy();
+    let is_run = || {
+        word.parse::<usize>().is_ok() || archive::entries(root).iter().any(|run| run.name == word)
+    };
+    if path.exists() || !is_run() {
+        return Ok(vec![path.to_owned()]);
+    }
+    kept::entry(root, &word).map(|entry| vec![entry.dir])
+}
+
+/// Says why nothing can be found in a file or a folder; `None` if it can, or if reading it says more.
+fn useless(path: &Path) -> Option<&'static str> {
+    let is_dir = path.is_dir();
+    let file = if is_dir { path.join("arm.csv") } else { path.to_owned() };
+    if !is_dir && path.extension().is_some_and(|ending| NO_RECORDING.iter().any(|no| ending == *no))
+    {
+        return Some("no recording");
+    }
+    if is_dir && !file.exists() {
+        return Some("no run, and no folder of runs");
+    }
+    let is_of_a_run = file.file_name().is_some_and(|name| name == "arm.csv")
+        && file.with_file_name("run.json").is_file();
+    let rows = is_of_a_run.then(|| std::fs::read_to_string(&file))?.ok()?;
+    (rows.lines().count() < 2).then_some("the run ended before the arm moved")
+}
+
+/// What is passed over, by the reason for it.
+#[derive(Debug, Default)]
+pub(super) struct Aside(Vec<(String, Vec<String>)>);
+
+impl Aside {
+    /// Passes over a path.
+    pub(super) fn add(&mut self, path: &Path, why: impl Into<String>) {
+        let (name, why) = (path.display().to_string(), why.into());
+        match self.0.iter_mut().find(|(other, _)| *other == why) {
+            Some((_, names)) => names.push(name),
+            None => self.0.push((why, vec![name])),
+        }
+    }
+
+    /// Whether a path is passed over.
+    pub(super) fn has(&self, path: &Path) -> bool {
+        let name = path.display().to_string();
+        self.0.iter().any(|(_, names)| names.contains(&name))
+    }
+
+    /// Says so, in a line for each reason.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let line = |(why, names): &(String, Vec<String>)| {
+            let are = if names.len() == 1 { "is" } else { "are" };
+            format!("{} {are} left out: {why}", names.join(", "))
+        };
+        self.0.iter().map(line).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn runs_are_found_by_number_and_folder_and_what_is_none_is_passed_over() {
+        let root = tempfile::tempdir().unwrap();
+        for (name, rows) in [("1-pick", "t[s]\n0\n1\n"), ("2-pour", ""), ("3-pour", "t[s]\n0\n")] {
+            let dir = root.path().join(name);
+            fs::create_dir(&dir).unwrap();
+            fs::write(dir.join("run.json"), "{}").unwrap();
+            fs::write(dir.join("arm.csv"), rows).unwrap();
+        }
+        fs::write(root.path().join("answers.jsonl"), "{}\n").unwrap();
+        let names = |wanted: &[PathBuf]| {
+            let given = given(wanted, root.path()).map_err(|failure| failure.code)?;
+            let name = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().to_owned();
+            Ok((given.paths.iter().map(name).collect::<Vec<_>>(), given.notes.len()))
+        };
+        let both = (vec!["1-pick".to_owned(), "3-pour".to_owned()], 1);
+        assert_eq!(names(&[root.path().to_owned()]), Ok(both.clone()));
+        assert_eq!(names(&["1".into(), "3-pour".into()]), Ok((both.0.clone(), 0)));
+        let all =
+            ["1-pick", "2-pour", "3-pour", "answers.jsonl"].map(|name| root.path().join(name));
+        assert_eq!(names(&all), Ok((both.0, 2)));
+        let Err(nothing) = names(&["2".into()]) else { panic!("nothing moved") };
+        assert_eq!(nothing, "gap::nothing");
+        let Err(unknown) = names(&["7".into()]) else { panic!("there are three") };
+        assert_eq!(unknown, "run::unknown");
+    }
+}
