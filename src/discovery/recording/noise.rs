@@ -15,6 +15,28 @@ pub fn estimate(time: &[f64], values: &[f64]) -> f64 {
     white(time, values).max(rounding(values))
 }
 
+/// The same for a motion that is to be smoothed by as much. Where a converter's steps are as coarse as the noise, differences take
+/// a few sizes only and their median jumps from one to the next, up to a half off either way; their mean square does not.
+pub fn estimate_of_motion(time: &[f64], values: &[f64]) -> f64 {
+    let (median, rounding) = (white(time, values), rounding(values));
+    if rounding <= 0.0 || median > STEPPED * rounding {
+        return median.max(rounding);
+    }
+    let samples: Vec<(f64, f64)> = time.iter().copied().zip(values.iter().copied()).collect();
+    let mut squares: Vec<f64> = samples.windows(5).map(|s| fourth_difference(s).powi(2)).collect();
+    squares.sort_by(f64::total_cmp);
+    let kept = squares.len() - squares.len() / 50;
+    let rms = |of: &[f64]| (of.iter().sum::<f64>() / of.len().max(1) as f64).sqrt();
+    // Errors that come in steps have no tails, and are no larger than all of them together.
+    (rms(&squares[..kept]) / WITHOUT_WILD).min(rms(&squares)).max(rounding)
+}
+
+/// What is left of a normal error without its largest fiftieth has this standard deviation.
+const WITHOUT_WILD: f64 = 0.9346;
+
+/// Noise larger than this many times the rounding of its converter hides its steps.
+const STEPPED: f64 = 2.5;
+
 /// The same for residuals that are to be weighed as if each row were independent: the error of a coarse reading stays about
 /// the same until the reading changes, so that so many rows say as much as one.
 pub fn estimate_per_row(time: &[f64], values: &[f64]) -> f64 {
@@ -105,6 +127,24 @@ mod tests {
             .collect();
         let found = estimate(&time, &values);
         assert!((found / 0.003 - 1.0).abs() < 0.1, "{found}");
+    }
+
+    /// A fifth of a step of noise before the converter, read a thousand times a second: the median of what differences there are is
+    /// up to a half off.
+    #[test]
+    fn noise_of_the_size_of_a_step_is_found_to_a_tenth() {
+        let mut rng = StdRng::seed_from_u64(3);
+        let time: Vec<f64> = (0..12_000).map(|i| f64::from(i) * 1e-3).collect();
+        for speed in [0.4, 0.7, 1.1] {
+            let read = |t: &f64| {
+                let normal: f64 = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+                ((speed * t).sin() / 1e-4 + 0.2 * normal).round() * 1e-4
+            };
+            let values: Vec<f64> = time.iter().map(read).collect();
+            let noise = 1e-4 * (1.0 / 12.0 + 0.04_f64).sqrt();
+            let found = estimate_of_motion(&time, &values);
+            assert!((found / noise - 1.0).abs() < 0.1, "{speed}: {found} for {noise}");
+        }
     }
 
     #[test]

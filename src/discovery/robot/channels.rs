@@ -243,7 +243,11 @@ impl Data {
             let scale = channel.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
             // What is compared with a motion that is measured itself, row by row.
             let is_compared = matches!(channel.quantity, Quantity::Torque | Quantity::Tip);
-            let estimate = if is_compared { noise::estimate_per_row } else { noise::estimate };
+            let estimate = match channel.quantity {
+                _ if is_compared => noise::estimate_per_row,
+                Quantity::Position => noise::estimate_of_motion,
+                _ => noise::estimate,
+            };
             let noise = estimate(&self.time, &channel.values);
             channel.noise = noise.max(scale * 1e-6).max(1e-9);
         }
