@@ -33,6 +33,12 @@ fn nothing_is_found_where_nothing_was_hidden() {
         .find(|seen| seen.name == "coulomb_friction" && seen.at == "joint_2")
         .unwrap();
     assert!(friction.least > 0.0 && friction.least < 0.5, "{friction:?}");
+    let mut seen: Vec<(&str, &str)> =
+        finding.smallest_visible.iter().map(|seen| (&*seen.name, &*seen.at)).collect();
+    let told = seen.len();
+    seen.sort_unstable();
+    seen.dedup();
+    assert_eq!(seen.len(), told, "each is told once");
 }
 
 /// Brisk motions, quiet sensors, and a simulator that takes one step a millisecond: a quarter of a tick is the

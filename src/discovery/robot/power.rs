@@ -10,7 +10,7 @@ use crate::discovery::selection::{Options, Residuals as _, Set, sum_of_squares};
 pub(super) fn smallest_visible(gap: &ArmGap, own: &[f64], options: &Options) -> Vec<Visible> {
     let Some(base) = gap.residuals(Set::Train, &[], own) else { return Vec::new() };
     let count = gap.count(Set::Train) as f64;
-    let mut visible = Vec::new();
+    let mut visible: Vec<Visible> = Vec::new();
     for candidate in gap.candidates(&[], &base, None) {
         let law = candidate.term.law;
         let wanted = matches!(
@@ -39,9 +39,14 @@ pub(super) fn smallest_visible(gap: &ArmGap, own: &[f64], options: &Options) -> 
             continue;
         }
         let needed = options.least_gain + specs.len() as f64 * count.ln();
+        // An effect may be a candidate alone and beside others: it is told once.
+        let (name, at) = (law.name(), candidate.term.site(&gap.things));
+        if visible.iter().any(|told| told.name == name && told.at == at) {
+            continue;
+        }
         visible.push(Visible {
-            name: law.name().into(),
-            at: candidate.term.site(&gap.things),
+            name: name.into(),
+            at,
             parameter: spec.name.into(),
             least: (needed.sqrt() / strength).max(spec.least),
             unit: spec.unit.into(),

@@ -51,7 +51,7 @@ pub(super) fn steadied<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, op
         let is_near = |r: &&mut Rival<_>| r.instead_of == at && r.behind < FAR * options.tie;
         let mut near: Vec<_> = rivals.iter_mut().filter(is_near).collect();
         let mut others: Vec<_> = near.iter().map(|r| Drawn::of(gap, &r.hypothesis)).collect();
-        let mut wins = vec![0.0; near.len() + 1];
+        let mut wins = vec![0_usize; near.len() + 1];
         for draw in resample::draws() {
             let rest = rest.draw(&draw);
             let others = others.iter_mut().map(|other| other.draw(&draw));
@@ -62,11 +62,12 @@ pub(super) fn steadied<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, op
             if let Some((winner, (_, h, site))) = winner
                 && pays(gap, h, site, rest, options)
             {
-                wins[winner] += 1.0 / resample::DRAWS as f64;
+                wins[winner] += 1;
             }
         }
-        stability[at] = wins[0];
-        near.iter_mut().zip(&wins[1..]).for_each(|(rival, wins)| rival.stability = *wins);
+        let share = |wins: usize| wins as f64 / resample::DRAWS as f64;
+        stability[at] = share(wins[0]);
+        near.iter_mut().zip(&wins[1..]).for_each(|(rival, wins)| rival.stability = share(*wins));
     }
 }
 
