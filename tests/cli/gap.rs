@@ -284,19 +284,17 @@ fn a_folder_of_runs_is_its_runs_and_what_cannot_serve_is_named() {
     assert_ne!(said.code, 0, "{}", said.out);
     let refused = fs::read_dir(scratch.path("runs")).unwrap().next().unwrap().unwrap().path();
     assert!(fs::read_to_string(refused.join("arm.csv")).unwrap().lines().count() < 2);
-    let moved = ["29991231-000001-move", "29991231-000002-move"].map(|name| format!("runs/{name}"));
-    for (folder, name) in moved.iter().zip(["control_a", "control_b"]) {
+    let moved = ["29991231-000001-sway", "29991231-000002-sway"].map(|name| format!("runs/{name}"));
+    for (folder, seed) in moved.iter().zip([1, 2]) {
         fs::create_dir(scratch.path(folder)).unwrap();
         fs::copy(refused.join("run.json"), scratch.path(folder).join("run.json")).unwrap();
-        for (ending, file) in [("csv", "arm.csv"), ("json", "arm.json")] {
-            let from = recording(&format!("{name}.{ending}"));
-            fs::copy(from, scratch.path(folder).join(file)).unwrap();
-        }
+        scratch.file(&format!("{folder}/arm.csv"), held(0.002, seed));
+        scratch.file(&format!("{folder}/arm.json"), r#"{"held": {"object": "jar"}}"#);
     }
     scratch.file("runs/answers.jsonl", "{}\n");
     let notes = |args: &[&str]| {
         let finding = scratch.trueup(&[&["gap"], args, &["--json"]].concat()).json();
-        assert_eq!(finding["verdict"], "nothing_missing", "{finding}");
+        assert_eq!(finding["effects"][0]["name"], "grip_slip", "{finding}");
         finding["notes"].to_string()
     };
     let refused = refused.strip_prefix(scratch.path("")).unwrap().display().to_string();
