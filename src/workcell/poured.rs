@@ -102,7 +102,8 @@ pub fn pour(
         |from: f64| (mean_at(arm, mass, f64::INFINITY) - mean_at(arm, mass, from)) / WATER_DENSITY;
     let begins = turn.interval_s[0];
     let believed = |name: &str| run.steps[turns - 1].measured.object(name).and_then(|o| o.water);
-    let weighed = run.water.as_ref();
+    // While it pours some is in the air, and nobody weighs that.
+    let weighed = run.water.as_ref().filter(|_| is_over(&run.steps[turns..]));
     let there = weighed
         .map(|water| (1e-6 * in_vessel(water, target, water.in_target_ml) - came(begins)).max(0.0))
         .or_else(|| believed(target));
@@ -149,6 +150,16 @@ fn mean_at(arm: &Recording, mass: &[f64], time: f64) -> f64 {
 /// Whether a step turns a vessel to pour.
 fn turns_one(step: &StepRecord) -> bool {
     step.deeds().any(|deed| matches!(deed, Deed::Turned { .. }))
+}
+
+/// Whether what was turned to pour was turned back or set down in the end.
+fn is_over(steps: &[StepRecord]) -> bool {
+    let turns = steps.iter().flat_map(StepRecord::deeds).filter_map(|deed| match deed {
+        Deed::Turned { .. } => Some(false),
+        Deed::TurnedBack | Deed::SetDown { .. } => Some(true),
+        _ => None,
+    });
+    turns.last().unwrap_or(false)
 }
 
 /// Nobody knows what was in a vessel before a pour.
