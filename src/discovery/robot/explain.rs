@@ -52,6 +52,12 @@ const DESCRIBED: f64 = 1.1;
 /// An angle nearer to the end of its range than this part of it is at the end.
 const WITHIN: f64 = 0.99;
 
+/// A law of friction is right to this part of it and no better: what it has beyond its special case is more than that.
+const PART: f64 = 0.03;
+
+/// A number nearer to nothing than this many of its standard deviations is nothing.
+const SURE: f64 = 2.0;
+
 impl ArmGap {
     /// Lays the arm out about the motions that a hypothesis gives it, where they are far from the commands;
     /// returns whether any was.
@@ -113,6 +119,26 @@ impl ArmGap {
             }
         };
         terms.iter().map(of).sum()
+    }
+
+    /// Returns whether a general law of dry friction is more than its special case, the same at every speed and both ways: as much
+    /// as friction is known, however sure the difference is.
+    fn is_more_than_dry(&self, term: Term, own: &[f64]) -> bool {
+        match term.law {
+            Law::Asymmetric => {
+                let level = 0.5 * (own[0] + own[1] + self.dry_known(term.joint));
+                (own[0] - own[1]).abs() > PART * level
+            }
+            Law::Stribeck => {
+                let level = own[0] + 0.5 * self.dry_known(term.joint);
+                // Slower than friction gives way, or than a speed is known, a peak is the way in which it does.
+                let creep = self.train.iter().fold(own[3], |creep, model| {
+                    creep.max(model.course.speed_error.get(term.joint).copied().unwrap_or(0.0))
+                });
+                own[1] > PART * level && own[2] > creep
+            }
+            _ => true,
+        }
     }
 
     /// Returns whether its links are as the recordings have them.
@@ -304,8 +330,10 @@ impl Residuals for ArmGap {
             }
             // Friction takes power from the motion, whatever part of it the model has already.
             Law::Asymmetric => {
-                return parameters[0] + parameters[1] + self.dry_known(term.joint) >= 0.0;
+                let resists = parameters[0] + parameters[1] + self.dry_known(term.joint) >= 0.0;
+                return resists && self.is_more_than_dry(*term, parameters);
             }
+            Law::Stribeck => return self.is_more_than_dry(*term, parameters),
             // At the end of what is looked at, the one that fits lies beyond it.
             Law::BaseTilt => {
                 let specs = term.law.specs();
@@ -389,6 +417,34 @@ impl Residuals for ArmGap {
         terms.push(offset(joint));
         parameters.push(0.5 * (forward - backward));
         Some(self.simplified(&terms, &parameters).unwrap_or((terms, parameters)))
+    }
+
+    fn collapsed(&self, h: &Hypothesis<Term>) -> Option<(usize, Term, Vec<f64>)> {
+        let mut from = self.nuisance().len();
+        h.terms.iter().enumerate().find_map(|(at, term)| {
+            let begins = from;
+            from += term.law.specs().len();
+            let own = &h.parameters[begins..from];
+            let of_whole = match term.law {
+                Law::Asymmetric => vec![0.5, 0.5, 0.0],
+                Law::Stribeck => vec![1.0, 0.0, 0.0, 0.0],
+                _ => return None,
+            };
+            // How far the further number, which is a difference of two or one alone, is from nothing.
+            let further: &[f64] =
+                if term.law == Law::Asymmetric { &[1.0, -1.0, 0.0] } else { &[0.0, 1.0, 0.0, 0.0] };
+            let count = further.len();
+            let covariance = h.covariance.view((begins, begins), (count, count));
+            let by = nalgebra::DVector::from_row_slice(further);
+            let std = (by.transpose() * covariance * &by)[(0, 0)].max(0.0).sqrt();
+            let dot = |a: &[f64]| a.iter().zip(own).map(|(a, b)| a * b).sum::<f64>();
+            let is_more = self.is_more_than_dry(*term, own) && dot(further).abs() > SURE * std;
+            let level = dot(&of_whole);
+            // A simulated joint that is held bends as the general laws do.
+            let law = if self.is_along() { Law::Coulomb } else { Law::SmoothCoulomb };
+            let special = Term { law, joint: term.joint };
+            (!is_more && level > 0.0).then(|| (at, special, vec![level, own[count - 1]]))
+        })
     }
 
     fn blocks(&self, set: Set) -> Vec<Block> {

@@ -212,6 +212,13 @@ pub trait Residuals: Sync {
         None
     }
 
+    /// Returns which effect of a hypothesis is a general law whose further numbers do nothing, with the special case that is left
+    /// of it and the parameters of that one; `None` where every law is more than its special cases.
+    fn collapsed(&self, h: &Hypothesis<Self::Term>) -> Option<(usize, Self::Term, Vec<f64>)> {
+        let _ = h;
+        None
+    }
+
     /// Returns whether parameters of a shape stay where they begin.
     fn shapes_stay(&self) -> bool {
         false

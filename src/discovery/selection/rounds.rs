@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::linear::Linear;
 use super::refit::same_terms;
-use super::search::{Grown, is_sensible, left_out, pays, sensible, sensible_at, weighed};
+use super::search::{Grown, is_sensible, left_out, pays, plain, sensible, sensible_at, weighed};
 use super::steady::{least_steady, steadied};
 use super::wording::WRITING_OUT;
 use super::{Diverged, Hypothesis, Options, Outcome, Residuals, refit};
@@ -77,8 +77,8 @@ pub fn search_linear<G: Residuals>(
             gains.resize(terms.len(), 0.0);
         }
         let fitted = refit(gap, terms, parameters, surcharges).ok_or(Diverged::WithEffects)?;
+        let fitted = plain(gap, Hypothesis { gains, ..fitted }, &mut outcome);
         let settled = same_terms(&fitted.terms, &best.terms);
-        let fitted = Hypothesis { gains, ..fitted };
         // What stood for something that is left out by now may make no sense once it is fitted as it is; what makes none
         // only beside it, or without it, may come again.
         let (kept, out) = sensible(gap, fitted);

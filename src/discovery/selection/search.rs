@@ -33,6 +33,7 @@ pub fn search<G: Residuals>(
     loop {
         let unnamed = grown.unnamed;
         let mut outcome = grown.outcome(gap, options, nothing.clone(), progress);
+        outcome.best = plain(gap, outcome.best.clone(), &mut outcome);
         steadied(gap, &mut outcome, options);
         // One less each time.
         let rest = least_steady(&outcome).and_then(|at| left_out(gap, &outcome.best, at));
@@ -401,6 +402,29 @@ pub(super) fn sensible<G: Residuals>(
         out.push(best.terms[at].clone());
         best = rest;
     }
+}
+
+/// Puts special cases in the place of general laws of which nothing else is left, in a hypothesis that has the effects of an
+/// outcome, and names them so there.
+pub(super) fn plain<G: Residuals>(
+    gap: &G,
+    mut h: Hypothesis<G::Term>,
+    outcome: &mut Outcome<G::Term>,
+) -> Hypothesis<G::Term> {
+    while let Some((at, special, own)) = gap.collapsed(&h) {
+        let (mut terms, mut parameters) = (h.terms.clone(), h.parameters.clone());
+        let (from, general) = (begins(gap, &h, at), terms[at].clone());
+        parameters.splice(from..from + gap.specs(&general).len(), own);
+        terms[at] = special.clone();
+        let Some(fitted) = refit(gap, terms, parameters, h.surcharges.clone()) else { break };
+        h = Hypothesis { gains: h.gains, ..fitted };
+        if let Some(place) = outcome.best.terms.iter().position(|term| *term == general) {
+            outcome.best.terms[place] = special.clone();
+            let same = |rival: &Rival<_>| rival.hypothesis.terms.last() == Some(&special);
+            outcome.rivals.retain(|rival| rival.instead_of != place || !same(rival));
+        }
+    }
+    h
 }
 
 /// Returns whether an effect of a hypothesis is one that could be.
