@@ -15,7 +15,7 @@ use super::term::{Law, SENSIBLE_GAIN, Term};
 use super::traces::traces;
 use super::wording;
 use crate::discovery::Investigation;
-use crate::discovery::finding::{SIGNIFICANT, above_noise};
+use crate::discovery::finding::{SIGNIFICANT, Verdict, above_noise};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set};
 use crate::discovery::why::whys;
@@ -39,7 +39,18 @@ const FAR: f64 = 2.0;
 /// How much more a formula must explain than the name in whose place it comes.
 const UNNAMED: f64 = 0.1;
 
-/// Finds what an arm's model lacks: fits on `train`, judges on `heldout`.
+/// Of an arm simulated with its controller so many effects are looked for at first: with more the simulation is slow and one effect
+/// hides another, and where the torques are measured the measured motion tells them apart.
+const SIMULATED: usize = 3;
+
+/// What leaves more than this many times the noise of the data fitted, or of those held out, is not explained well.
+const POOR: f64 = 1.5;
+
+/// What is found along the measured motion is told if it leaves less than this part of what the simulation leaves, in units of noise.
+const LESS: f64 = 0.8;
+
+/// Finds what an arm's model lacks: fits on `train`, judges on `heldout`. An arm whose controller is known is simulated with it;
+/// what that does not explain is looked for along the measured motion, where torques were measured.
 ///
 /// # Errors
 ///
@@ -52,6 +63,92 @@ pub fn investigate(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Investigation, Error> {
+    let all = || train.iter().chain(heldout);
+    if !all().all(|recording| is_simulated(recording) && shows_torques(recording)) {
+        return Ok(investigated(robot, known, train, heldout, options, progress)?.0);
+    }
+    let few = Options { most: options.most.min(SIMULATED), ..*options };
+    let (simulated, n_found) = investigated(robot, known, train, heldout, &few, progress)?;
+    let is_full = n_found >= few.most && few.most < options.most;
+    let mut along = None;
+    if is_poor(&simulated) {
+        let [fitted, judged] = [train, heldout].map(|all| all.iter().map(without_commands));
+        let (fitted, judged): (Vec<_>, Vec<_>) = (fitted.collect(), judged.collect());
+        // What cannot be judged there is judged as it is simulated.
+        let found = investigated(robot, known, &fitted, &judged, options, progress).ok();
+        along = found.map(|found| found.0).filter(is_explained);
+        if let Some(found) = along.take_if(|found| !is_poor(found)) {
+            return Ok(told_along(found, &simulated, train, heldout));
+        }
+    }
+    let simulated = if is_full {
+        investigated(robot, known, train, heldout, options, progress)?.0
+    } else {
+        simulated
+    };
+    let left = |found: &Investigation| found.finding.gap.after.heldout;
+    match along.filter(|found| is_poor(&simulated) && left(found) < LESS * left(&simulated)) {
+        Some(found) => Ok(told_along(found, &simulated, train, heldout)),
+        None => Ok(simulated),
+    }
+}
+
+/// Returns whether the recording tells how the arm was driven.
+fn is_simulated(recording: &Recording) -> bool {
+    recording.sidecar.controller.is_some() && recording.has("q_cmd_1")
+}
+
+/// Returns whether the recording tells which torques a measured motion took.
+fn shows_torques(recording: &Recording) -> bool {
+    recording.has("q_1") && (recording.has("tau_1") || recording.has("current_1"))
+}
+
+/// Returns a recording without what the arm was asked for: it is judged along its measured motion then.
+fn without_commands(recording: &Recording) -> Recording {
+    let mut own = recording.clone();
+    own.columns.retain(|column| !column.name.starts_with("q_cmd"));
+    own
+}
+
+/// Returns whether much more than noise is left.
+fn is_poor(found: &Investigation) -> bool {
+    let after = found.finding.gap.after;
+    after.train.max(after.heldout) > POOR
+}
+
+/// Returns whether a finding says what is missing, or that nothing is.
+fn is_explained(found: &Investigation) -> bool {
+    !matches!(
+        found.finding.verdict,
+        Verdict::Unknown | Verdict::ModelInadequate | Verdict::DifferentMachines
+    )
+}
+
+/// Notes that what was found was found along the measured motion, and what the simulation left.
+fn told_along(
+    mut found: Investigation,
+    simulated: &Investigation,
+    train: &[Recording],
+    heldout: &[Recording],
+) -> Investigation {
+    let notes = &mut found.finding.notes;
+    let of_no_controller = |note: &String| {
+        train.iter().chain(heldout).any(|r| *note == wording::no_controller(&r.name))
+    };
+    notes.retain(|note| !of_no_controller(note));
+    notes.insert(0, wording::along_instead(simulated.finding.gap.after.heldout));
+    found
+}
+
+/// Finds what an arm's model lacks, and how many effects the search took for it.
+fn investigated(
+    robot: &Robot,
+    known: &[EffectItem],
+    train: &[Recording],
+    heldout: &[Recording],
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<(Investigation, usize), Error> {
     let (mut gap, mut notes) = laid_out::gap(robot, known, train, heldout)?;
     let place = train.first().map_or("", |recording| &recording.name);
     let runs_away = |misfit: Misfit| misfit.at(place);
@@ -86,10 +183,10 @@ pub fn investigate(
     {
         let who = if of_train { train } else { heldout };
         let who: Vec<&str> = who.iter().map(|recording| recording.name.as_str()).collect();
-        return Ok(differs(loaded(&gap, &carried, &who.join(", "), options, notes)));
+        return Ok((differs(loaded(&gap, &carried, &who.join(", "), options, notes)), 0));
     }
     if let Some(words) = &numbers.different {
-        return Ok(differs(different(&gap, words, notes)));
+        return Ok((differs(different(&gap, words, notes)), 0));
     }
     let mut found = found(&mut gap, numbers.own, options, progress).map_err(runs_away)?;
     if let Some(turned) = turned(&gap, &found.outcome) {
@@ -110,7 +207,8 @@ pub fn investigate(
     }
     progress(wording::WRITING, 0.98);
     let is_estimated = train.iter().chain(heldout).any(has_no_noise);
-    Ok(told(gap, found, &names, options, robot, is_estimated, notes))
+    let n_found = found.outcome.best.terms.len();
+    Ok((told(gap, found, &names, options, robot, is_estimated, notes), n_found))
 }
 
 /// Returns how to search: along measured motions otherwise than in simulated ones.

@@ -112,6 +112,15 @@ pub(super) fn no_controller(recording: &str) -> String {
     )
 }
 
+/// That the simulation with the controller leaves so many noises, and the measured motion tells more.
+pub(super) fn along_instead(left: f64) -> String {
+    let left = significant(left, 2);
+    format!(
+        "simulated with its controller the arm leaves {left} times the noise of the data held out; along the measured motion \
+         less stays, and what is told is what its torques say there: check also the stamps of the rows and the gains of the controller"
+    )
+}
+
 /// An effect of a model by name and place.
 pub(super) fn effect(name: &str, at: &str) -> String {
     format!("effect {name}({at})")
