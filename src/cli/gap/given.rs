@@ -124,7 +124,7 @@ mod tests {
             fs::write(dir.join("arm.csv"), rows).unwrap();
         }
         fs::write(root.path().join("answers.jsonl"), "{}\n").unwrap();
-        let names = |wanted: &[PathBuf]| {
+        let names = |wanted: &[PathBuf]| -> Result<_, String> {
             let given = given(wanted, root.path()).map_err(|failure| failure.code)?;
             let name = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().to_owned();
             Ok((given.paths.iter().map(name).collect::<Vec<_>>(), given.notes.len()))
