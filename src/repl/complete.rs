@@ -66,7 +66,7 @@ impl Helper {
             return (0, pairs.collect());
         }
         // A command's argument is completed as if it stood alone.
-        let from = match before.chars().next() {
+        let mut from = match before.chars().next() {
             Some(':') => before.find(char::is_whitespace).map_or(0, |at| at + 1),
             Some('?') => 1,
             Some('!') => return (pos, Vec::new()),
@@ -77,12 +77,20 @@ impl Helper {
             let Some(command) = COMMANDS.iter().find(|command| command.name == name) else {
                 return (pos, Vec::new());
             };
-            if !command.takes_language() {
-                let begun = before[from..].trim_start();
+            let said = before[from..].trim_start();
+            let at = said.split(char::is_whitespace).count() - 1;
+            let begun = said.rsplit(char::is_whitespace).next().unwrap_or_default();
+            if !command.takes_language(at) {
                 let found = command.choices().filter(|word| word.starts_with(begun));
                 let pairs =
                     found.map(|word| Pair { display: word.into(), replacement: word.into() });
                 return (pos - begun.len(), pairs.collect());
+            }
+            // The step before a call is no part of it.
+            if at > 0 && command.takes.split(' ').count() == 2 {
+                let first = before[from..].len() - said.len();
+                let first = from + first + said.find(char::is_whitespace).unwrap_or(0);
+                from = first + before[first..].len() - before[first..].trim_start().len();
             }
         }
         let asks = line.starts_with('?');
@@ -101,10 +109,10 @@ impl Helper {
             from + at + before[from + at..].chars().next().map_or(1, char::len_utf8)
         });
         let mut offers = assist::complete(&place);
-        if start == 0 && pos > 0 && offers.is_empty() {
+        if start == from && pos > from && offers.is_empty() {
             // A question may stand alone here, as it may behind `check`.
             let text = format!("check {text}");
-            let at = place.at + text.len() - line.len();
+            let at = place.at + text.len() - place.text.len();
             offers = assist::complete(&Place { text: &text, at, ..place });
             offers.retain(|offer| offer.kind == CompletionKind::Fluent);
         }
@@ -252,7 +260,10 @@ mod tests {
         assert_eq!(offered("pick up the "), (12, things.to_vec()));
         assert_eq!(offered("pick up the j"), (12, vec!["jar".into()]));
         assert_eq!(offered(":replay "), (8, Vec::new()));
+        assert_eq!(offered(":replay 1 "), (10, Vec::new()));
         assert_eq!(offered(":runs "), (6, Vec::new()));
+        assert_eq!(offered(":fork 3 po"), (8, vec!["pour(".into()]));
+        assert_eq!(offered(":why vis"), (5, vec!["visible(".into()]));
         assert_eq!(offered(":confirm r"), (9, vec!["risky".into()]));
         let (start, found) = offered("put(jar, at: ");
         assert_eq!(start, 13);

@@ -18,10 +18,13 @@ impl Command {
         format!(":{}{blank}", self.name)
     }
 
-    /// Whether it takes something of the language, which is completed as if it stood alone.
-    pub(super) fn takes_language(&self) -> bool {
-        let takes = ["CALL", "STEP", "TASK", "FLUENT", "VALUE"];
-        takes.iter().any(|word| self.takes.contains(word))
+    /// Whether its argument of that place, from 0, is of the language, and completed as if it stood alone: a call, a
+    /// condition, the name of a task. A step is a number, but where one is to be paused before.
+    pub(super) fn takes_language(&self, at: usize) -> bool {
+        let mut takes = self.takes.split(' ');
+        let takes = takes.nth(at).or_else(|| self.takes.split(' ').next_back()).unwrap_or_default();
+        let known = ["CALL", "TASK", "FLUENT", "VALUE"];
+        self.name == "break" || known.iter().any(|word| takes.contains(word))
     }
 
     /// The words that it takes one of, if it does: `all|risky|none`.
