@@ -339,13 +339,13 @@ impl<'a> Builder<'a> {
         before.rsplit('\n').next().unwrap_or_default().trim().is_empty()
     }
 
-    /// Complains of `place(o) limit 2 s`, which would be the whole task's limit.
+    /// Warns of `place(o) limit 2 s`, which is the whole task's limit.
     fn limit_of_a_step(&mut self, pair: &Pair) {
         self.diagnostics.push(
-            Diagnostic::error(
+            Diagnostic::warning(
                 "task::limit",
                 self.span(pair),
-                "a step has no `limit` of its own; this would be the whole task's",
+                "a step has no `limit` of its own; this is the whole task's",
                 "stands behind a step",
             )
             .help(format!(
