@@ -332,6 +332,16 @@ impl Belief {
         }
     }
 
+    /// Takes note that what was under way has ended before its end: what leans in the hand, and has not been weighed as it leans, may
+    /// have let water go into what is below it.
+    pub fn cut_short(&mut self) {
+        let [leans, weighed] = self.leans;
+        if leans > MAY_RUN.max(weighed + SAME_TILT) {
+            let held = self.held.as_ref().map(|held| held.name.clone());
+            self.unweighed.extend(held.into_iter().chain(self.below.clone()));
+        }
+    }
+
     /// Takes a better measurement of the mass in the hand, kg, from which nothing has left since the last.
     pub fn bears(&mut self, mass: f64) {
         self.mass = self.held.as_ref().map(|_| mass);
@@ -358,10 +368,6 @@ impl Belief {
                 self.leans[0] = stands.tilt();
             }
             self.below = below(&self.scene, &objects, name).or(self.below.take());
-            let [leans, weighed] = self.leans;
-            if leans > MAY_RUN.max(weighed + SAME_TILT) {
-                self.unweighed.extend([name.clone()].into_iter().chain(self.below.clone()));
-            }
         } else {
             self.leans = [0.0; 2];
         }

@@ -68,6 +68,9 @@ pub trait Body: Send {
     /// Takes note of the mass in the hand, kg.
     fn weighed(&mut self, mass: f64);
 
+    /// Takes note that what was under way has ended before its end.
+    fn cut_short(&mut self) {}
+
     /// Takes note of a better measurement of the mass in the hand, kg: nothing has left it since the last.
     fn bears(&mut self, _mass: f64) {}
 

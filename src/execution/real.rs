@@ -259,6 +259,12 @@ impl Body for RealBody {
         Ok(())
     }
 
+    fn cut_short(&mut self) {
+        // An arm that does not answer leaves what is known of its lean.
+        let _ = self.state();
+        self.belief.cut_short();
+    }
+
     fn weighed(&mut self, mass: f64) {
         // It is weighed as it leans now; an arm that does not answer is told by the next step.
         let _ = self.state();

@@ -334,9 +334,7 @@ fn left_tilted(run: &Run) -> Option<&str> {
     let held = world.held.as_deref()?;
     let known = world.object(held)?;
     let held_water = run.start.as_ref()?.object(held)?.water.is_some();
-    // What nobody has weighed since may be on its way.
-    let is_tilted = known.world_from_object?.tilt() > TILTED;
-    (held_water && is_tilted && known.water.is_none()).then_some(held)
+    (held_water && known.world_from_object?.tilt() > TILTED).then_some(held)
 }
 
 /// Words how a run ended.

@@ -172,6 +172,9 @@ impl WorkCell {
         let mut on = UnderWay { graph, start, run: &mut *run, recorder, album, filming };
         let attempted = self.attempt(&mut on);
         let UnderWay { album, .. } = on;
+        if attempted.is_err() || run.outcome != Ending::Success {
+            self.scripts.context().body().cut_short();
+        }
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
         let has_vessels = self.scene().objects.iter().any(|o| self.is_vessel(&o.name));
         if let Some(weighing) = weighing.as_ref().filter(|_| has_vessels) {

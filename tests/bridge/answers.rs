@@ -123,7 +123,7 @@ fn joints_that_do_not_follow_and_a_clock_that_stands_stop_the_arm() {
         let steps = asked.lock().unwrap().iter().filter(|asked| word(asked) == "step").count();
         (error, steps)
     };
-    let (error, steps) = after(|t| told(t).replace("0.1", "0.4"));
+    let (error, steps) = after(|t| told(t).replace("[0.0,0.1]", "[0.0,0.4]"));
     let DeviceError::FollowingError { joint: 2, error_deg, .. } = error else {
         panic!("{error:?}")
     };
@@ -137,8 +137,8 @@ fn joints_that_do_not_follow_and_a_clock_that_stands_stop_the_arm() {
     let mut count = 0;
     let (place, _) = serve(move |_| {
         count += 1;
-        let turned = (0.1 + std::f64::consts::TAU).to_string();
-        let told = |t: f64| told(t).replace("0.1", &turned);
+        let turned = format!("[0.0,{}]", 0.1 + std::f64::consts::TAU);
+        let told = |t: f64| told(t).replace("[0.0,0.1]", &turned);
         Some(match count {
             1 => hello(),
             2 => super::answers::told(0.0),

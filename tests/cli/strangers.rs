@@ -255,17 +255,16 @@ fn words_of_scripts_take_whole_numbers_and_are_told_as_they_are_written() {
         std::fs::create_dir_all(scratch.path("lib/actions")).unwrap();
         scratch.file("lib/actions/mine.rhai", format!("{line}\n"));
         scratch.file("m.task", "action mine() {\n    run \"mine.rhai\"\n}\nmine()\n");
-        scratch.trueup(&["run", "m.task", "--robot", "twin", "--stdlib", "lib", "--json"])
+        let args = ["--robot", "twin", "--stdlib", "lib", "--without-regression", "3", "--json"];
+        scratch.trueup(&[&["run", "m.task"][..], &args].concat())
     };
     let said = run("arm.wait(1);");
     assert_eq!(said.code, 0, "{said:?}");
     let told = |line: &str| run(line).error("message");
-    let (misspelt, misused) = (told("arm.wiat(1.0);"), told("arm.wait();"));
+    let (misspelt, misused) = (told("arm.wiat(1.0);"), told("arm.wait([1]);"));
     assert!(misspelt.contains("there is no word `arm.wiat`"), "{misspelt}");
     assert!(misspelt.contains("`arm.wait(seconds)`"), "{misspelt}");
-    assert!(misused.contains("it is written `arm.wait(seconds)`"), "{misused}");
-    let word = told("arm.wait(\"long\");");
-    assert!(word.contains("`wait` takes a number as the time"), "{word}");
+    assert!(misused.contains("`wait` takes a number as the time"), "{misused}");
 }
 /// What is no step was read as one: `.` cannot stand here.
 #[test]

@@ -65,31 +65,63 @@ pub fn investigate(
 ) -> Result<Investigation, Error> {
     let all = || train.iter().chain(heldout);
     if !all().all(|recording| is_simulated(recording) && shows_torques(recording)) {
-        return Ok(investigated(robot, known, train, heldout, options, progress)?.0);
+        let found = investigated(robot, known, train, heldout, options, progress);
+        return found.map(|found| found.0).map_err(Trouble::error);
     }
     let few = Options { most: options.most.min(SIMULATED), ..*options };
-    let (simulated, n_found) = investigated(robot, known, train, heldout, &few, progress)?;
-    let is_full = n_found >= few.most && few.most < options.most;
-    let mut along = None;
-    if is_poor(&simulated) {
+    let simulated = investigated(robot, known, train, heldout, &few, progress);
+    // What cannot be judged along the measured motion is judged as it is simulated.
+    let mut along = || {
         let [fitted, judged] = [train, heldout].map(|all| all.iter().map(without_commands));
         let (fitted, judged): (Vec<_>, Vec<_>) = (fitted.collect(), judged.collect());
-        // What cannot be judged there is judged as it is simulated.
         let found = investigated(robot, known, &fitted, &judged, options, progress).ok();
-        along = found.map(|found| found.0).filter(is_explained);
-        if let Some(found) = along.take_if(|found| !is_poor(found)) {
-            return Ok(told_along(found, &simulated, train, heldout));
-        }
-    }
-    let simulated = if is_full {
-        investigated(robot, known, train, heldout, options, progress)?.0
-    } else {
-        simulated
+        found.map(|found| found.0).filter(is_explained)
     };
+    let told = |found, why| Ok(told_along(found, why, train, heldout));
+    let (simulated, n_found) = match simulated {
+        Ok(found) => found,
+        Err(Trouble::RanAway(error)) => {
+            return along().map_or(Err(error), |found| told(found, wording::along_of_runaway()));
+        }
+        Err(Trouble::Refused(error)) => return Err(error),
+    };
+    let along = if is_poor(&simulated) { along() } else { None };
     let left = |found: &Investigation| found.finding.gap.after.heldout;
+    let simulated = match along {
+        Some(found) if !is_poor(&found) => {
+            return told(found, wording::along_instead(left(&simulated)));
+        }
+        _ if n_found >= few.most && few.most < options.most => {
+            let found = investigated(robot, known, train, heldout, options, progress);
+            found.map_err(Trouble::error)?.0
+        }
+        _ => simulated,
+    };
     match along.filter(|found| is_poor(&simulated) && left(found) < LESS * left(&simulated)) {
-        Some(found) => Ok(told_along(found, &simulated, train, heldout)),
+        Some(found) => told(found, wording::along_instead(left(&simulated))),
         None => Ok(simulated),
+    }
+}
+
+/// Why nothing was found out.
+enum Trouble {
+    /// The recordings and the model do not go together.
+    Refused(Error),
+    /// The model becomes infinite along them.
+    RanAway(Error),
+}
+
+impl From<Error> for Trouble {
+    fn from(error: Error) -> Self {
+        Self::Refused(error)
+    }
+}
+
+impl Trouble {
+    fn error(self) -> Error {
+        match self {
+            Self::Refused(error) | Self::RanAway(error) => error,
+        }
     }
 }
 
@@ -124,10 +156,10 @@ fn is_explained(found: &Investigation) -> bool {
     )
 }
 
-/// Notes that what was found was found along the measured motion, and what the simulation left.
+/// Notes that what was found was found along the measured motion, and why.
 fn told_along(
     mut found: Investigation,
-    simulated: &Investigation,
+    why: String,
     train: &[Recording],
     heldout: &[Recording],
 ) -> Investigation {
@@ -136,7 +168,7 @@ fn told_along(
         train.iter().chain(heldout).any(|r| *note == wording::no_controller(&r.name))
     };
     notes.retain(|note| !of_no_controller(note));
-    notes.insert(0, wording::along_instead(simulated.finding.gap.after.heldout));
+    notes.insert(0, why);
     found
 }
 
@@ -148,10 +180,10 @@ fn investigated(
     heldout: &[Recording],
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
-) -> Result<(Investigation, usize), Error> {
+) -> Result<(Investigation, usize), Trouble> {
     let (mut gap, mut notes) = laid_out::gap(robot, known, train, heldout)?;
     let place = train.first().map_or("", |recording| &recording.name);
-    let runs_away = |misfit: Misfit| misfit.at(place);
+    let runs_away = |misfit: Misfit| Trouble::RanAway(misfit.at(place));
     let options = &searched_with(options, &gap, robot.n_joints());
     progress(wording::IDENTIFYING, 0.0);
     let mut names: Vec<&str> = train.iter().chain(heldout).map(|r| r.name.as_str()).collect();
@@ -163,13 +195,13 @@ fn investigated(
     let numbers = links::identified(&gap).unwrap_or_default();
     if numbers.is_too_short {
         let seconds = train.iter().map(Recording::duration).sum();
-        return Err(Misfit::TooShort { seconds }.at(place));
+        return Err(Misfit::TooShort { seconds }.at(place).into());
     }
     if let Some(turned) = numbers.turned {
         let all = if turned.of_heldout { heldout } else { train };
         let names: Vec<&str> = all.iter().map(|recording| recording.name.as_str()).collect();
         let Turned { joints, left, .. } = turned;
-        return Err(Misfit::TorquesAgainst { joints, left }.at(names.join(", ")));
+        return Err(Misfit::TorquesAgainst { joints, left }.at(names.join(", ")).into());
     }
     let differs = |finding| Investigation {
         finding,
@@ -190,7 +222,7 @@ fn investigated(
     }
     let mut found = found(&mut gap, numbers.own, options, progress).map_err(runs_away)?;
     if let Some(turned) = turned(&gap, &found.outcome) {
-        return Err(turned.at(names.join(", ")));
+        return Err(turned.at(names.join(", ")).into());
     }
     if shows_in_held_out_alone(&gap, &found.outcome) {
         // The motion to fit does not show it, the other does: exchange the two.

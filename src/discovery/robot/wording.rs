@@ -121,6 +121,13 @@ pub(super) fn along_instead(left: f64) -> String {
     )
 }
 
+/// That the simulation with the controller runs away, and the measured motion does not.
+pub(super) fn along_of_runaway() -> String {
+    "simulated with its controller the arm runs away from what was measured; what is told is what its torques say along the \
+     measured motion: check also the gains of the controller"
+        .into()
+}
+
 /// An effect of a model by name and place.
 pub(super) fn effect(name: &str, at: &str) -> String {
     format!("effect {name}({at})")
