@@ -77,9 +77,8 @@ pub(super) fn teach(args: &TeachArgs, cli: &Shared, style: Style) -> Result<Exit
     match kept::folder(&cli.cell.record, path) {
         Ok(dir) => over_record(&dir, &lead, cli, style),
         Err(failure) if names_a_run(what) => Err(failure),
-        Err(_) if names_a_file(what) => {
-            read(path).and_then(|_| line_led(what, Some(&lead), false, cli, style))
-        }
+        // It says that there is none.
+        Err(_) if names_a_file(what) => script_led(path, Some(&lead), false, cli, style),
         Err(_) => line_led(what, Some(&lead), false, cli, style),
     }
 }

@@ -280,6 +280,12 @@ impl Belief {
             if let Some(object) = self.objects.iter_mut().find(|object| object.name == name) {
                 object.world_from_object = Some(pose);
             }
+            // What is let go is not weighed any more.
+            for lost in std::mem::take(&mut self.unweighed) {
+                if let Some(object) = self.objects.iter_mut().find(|object| object.name == lost) {
+                    object.water = None;
+                }
+            }
             self.mass = None;
         }
         let Some(aim) = aim else { return };

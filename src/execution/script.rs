@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use rhai::{Dynamic, Engine, EvalAltResult, Position, Scope};
 
 use crate::language::nearest;
-use crate::language::script_words::{ScriptWord, words_of};
+use crate::language::script_words::words_of;
 use crate::world::Region;
 
 use super::bounds::{self, CALLS, OPERATIONS};
@@ -182,8 +182,8 @@ fn misused(called: &str) -> Mistake {
     match (like(name), near.and_then(like)) {
         (Some(word), _) => Mistake::Misused { written: word.written() },
         (None, Some(word)) => {
-            let name = ScriptWord { name: "", ..**word }.full_name() + name;
-            Mistake::Unknown { name, meant: word.written() }
+            let of = if word.of.is_empty() { String::new() } else { format!("{}.", word.of) };
+            Mistake::Unknown { name: of + name, meant: word.written() }
         }
         (None, None) => Mistake::Engine(format!("Function not found: {called}")),
     }

@@ -55,15 +55,14 @@ impl At {
     }
 }
 
+/// Words without colours.
+const PLAIN: Style =
+    Style { json: false, quiet: false, verbose: false, colour: false, bars: false };
+
 /// A run that ended before its first step.
 fn nothing_done(run: &Run) -> View {
-    let reason = run.reason.as_deref().unwrap_or("There was nothing to do.");
-    let main = format!(
-        "<h1>{}</h1>\n<p>No step of it was done.</p>\n<p>{}</p>\n",
-        escaped(&run.task),
-        escaped(reason)
-    );
-    View::new(&run.task, "/", main)
+    let (task, how) = (escaped(&run.task), escaped(&ending(run, PLAIN)));
+    View::new(&run.task, "/", format!("<h1>{task}</h1>\n<pre>{how}</pre>\n"))
 }
 
 /// A moment of a run that is kept.
@@ -112,11 +111,10 @@ pub(super) fn view(site: &Site, entry: &Entry, at: At, why: Option<&str>) -> Vie
     }
     main += &moment.transport();
     main += &moment.body(why);
-    let plain = Style { json: false, quiet: false, verbose: false, colour: false, bars: false };
     let _ = writeln!(
         main,
         "<details class=\"card\" id=\"ending\"><summary>How the run ended</summary><pre>{}</pre></details>",
-        escaped(&ending(&run, plain))
+        escaped(&ending(&run, PLAIN))
     );
     let title = format!("step {} {}: {}", at.number, at.when.word(), run.task);
     let mut view = View::new(title, "", main);

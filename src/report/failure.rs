@@ -31,7 +31,7 @@ pub struct Failure {
     pub help: Option<String>,
     /// Whether a person has been shown it already, as a mistake drawn into its text.
     pub is_shown: bool,
-    /// The documents of runs that were carried out before, in a list.
+    /// The documents of the runs before it, in a list.
     pub runs: Option<Box<serde_json::Value>>,
     exit: u8,
 }
@@ -84,17 +84,14 @@ impl Failure {
             .help("take another name, or move the file away")
     }
 
-    /// The failure of one of several calls: those before it were carried out, and `left` after it are not begun.
+    /// The failure of one of several calls: those before it succeeded, and `left` after it were not run.
     #[must_use]
     pub fn after(mut self, runs: &[workcell::Run], left: usize) -> Self {
-        let calls = |n: usize| if n == 1 { "1 call".to_owned() } else { format!("{n} calls") };
-        let (done, left) = (calls(runs.len()), calls(left));
         let help = self.help.unwrap_or_default();
         let help = help.strip_prefix(UNTOUCHED).unwrap_or(&help);
         self.help = Some(format!(
-            "{done} before it {} carried out, {left} after it {} left; {help}",
-            if runs.len() == 1 { "was" } else { "were" },
-            if left == "1 call" { "is" } else { "are" },
+            "calls before it: {}, done; after it: {left}, not run; {help}",
+            runs.len()
         ));
         self.runs = serde_json::to_value(runs).ok().map(Box::new);
         self

@@ -240,10 +240,7 @@ fn a_script_that_fails_later_tells_what_was_done_before() {
     let runs = document["runs"].as_array().unwrap();
     assert_eq!((runs.len(), runs[0]["task"].as_str()), (1, Some("pick(jar)")), "{document}");
     let help = said.error("help");
-    assert!(
-        help.starts_with("1 call before it was carried out, 1 call after it is left"),
-        "{help}"
-    );
+    assert!(help.starts_with("calls before it: 1, done; after it: 1, not run; "), "{help}");
     assert!(!help.contains("nothing has been touched"), "{help}");
 }
 

@@ -149,8 +149,10 @@ impl MapFit {
         }
         found.extend(self.near_the_horizon(&kept, size));
         // What is made of noise may be turned over by it.
-        let is_noise =
-            |w: &Warning| matches!(w.code(), "on_a_line" | "hardly_determined" | "by_chance");
+        let is_noise = |w: &Warning| {
+            use Warning::{ByChance, HardlyDetermined, OnALine};
+            matches!(w, OnALine { .. } | HardlyDetermined { .. } | ByChance { .. })
+        };
         if !found.iter().any(is_noise) && self.is_mirrored(&kept) {
             found.push(Warning::Mirrored);
         }

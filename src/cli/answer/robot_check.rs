@@ -290,17 +290,17 @@ impl List<'_> {
                 odd.iter().any(|(_, own)| own.inertia.symmetric_eigenvalues().min() < 0.0);
             let state = if is_worse { State::Missing } else { State::Assumed };
             let names: Vec<&str> = odd.iter().map(|(link, _)| link.name.as_str()).collect();
-            let found =
-                format!("no body has the inertia of {}; it is taken as it is", names.join(", "));
+            let found = format!("no body has the inertia of {}", names.join(", "));
             let write =
                 "moments above 0 kg·m², each at most the sum of the other two, into <inertia>";
             self.wrong(("inertias", state, Use::Twin), found, write);
-        } else if light.is_empty() {
-            self.add("inertias", Use::Twin, format!("{kg:.2} kg, on every moving part"));
-        } else {
+        }
+        if !light.is_empty() {
             let found = format!("{kg:.2} kg; none on {}", light.join(", "));
             let write = "<inertial> with <mass> and <inertia> into these links of the URDF";
             self.wrong(("inertias", State::Missing, Use::Twin), found, write);
+        } else if odd.is_empty() {
+            self.add("inertias", Use::Twin, format!("{kg:.2} kg, on every moving part"));
         }
     }
 

@@ -2,6 +2,8 @@
 //!
 //! No recording is read here but to see whether it has rows.
 
+use std::fs::File;
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 
 use crate::report::{Failure, kept};
@@ -38,9 +40,12 @@ pub(super) fn given(wanted: &[PathBuf], root: &Path) -> Result<Given, Failure> {
         return Ok(Given { paths: kept, notes });
     }
     let at = wanted.first().map_or_else(String::new, |path| path.display().to_string());
-    Err(Failure::input("gap::nothing", "nothing of what is given can be looked at")
-        .at(at)
-        .help(notes.join("; ")))
+    Err(nothing().at(at).help(notes.join("; ")))
+}
+
+/// Nothing is left to look at.
+pub(super) fn nothing() -> Failure {
+    Failure::input("gap::nothing", "nothing of what is given can be looked at")
 }
 
 /// Returns what a word on the line means: a path, or runs.
@@ -74,8 +79,9 @@ fn useless(path: &Path) -> Option<&'static str> {
     }
     let is_of_a_run = file.file_name().is_some_and(|name| name == "arm.csv")
         && file.with_file_name("run.json").is_file();
-    let rows = is_of_a_run.then(|| std::fs::read_to_string(&file))?.ok()?;
-    (rows.lines().count() < 2).then_some("the run ended before the arm moved")
+    let file = is_of_a_run.then(|| File::open(&file))?.ok()?;
+    let rows = BufReader::new(file).lines().take(2).count();
+    (rows < 2).then_some("the run ended before the arm moved")
 }
 
 /// What is passed over, by the reason for it.
@@ -135,9 +141,7 @@ mod tests {
         let all =
             ["1-pick", "2-pour", "3-pour", "answers.jsonl"].map(|name| root.path().join(name));
         assert_eq!(names(&all), Ok((both.0, 2)));
-        let Err(nothing) = names(&["2".into()]) else { panic!("nothing moved") };
-        assert_eq!(nothing, "gap::nothing");
-        let Err(unknown) = names(&["7".into()]) else { panic!("there are three") };
-        assert_eq!(unknown, "run::unknown");
+        assert_eq!(names(&["2".into()]).unwrap_err(), "gap::nothing");
+        assert_eq!(names(&["7".into()]).unwrap_err(), "run::unknown");
     }
 }

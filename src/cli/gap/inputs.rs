@@ -18,7 +18,7 @@ use crate::world::Scene;
 use super::super::cell::stdlib;
 use super::super::inputs::{arm_rows, data, read};
 use super::super::shared::Shared;
-use super::given::Aside;
+use super::given::{Aside, nothing};
 use super::{GapArgs, failure};
 
 /// What all the recordings are of.
@@ -126,10 +126,6 @@ fn mixed(last: Kind, this: Kind, path: &Path) -> Failure {
     Failure::input("gap::mixed", message)
         .at(path.display().to_string())
         .help("compare like with like; `RUN/arm.csv` is the arm's recording of a run")
-}
-
-fn nothing() -> Failure {
-    Failure::input("gap::nothing", "nothing of what is given can be looked at")
 }
 
 fn kind_of(recording: &Recording) -> Kind {

@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 
 use crate::trace::{NoWay, Why};
 
-use super::grip::{SHARES_UP, shares_up};
+use super::grip::SHARES_UP;
 use super::{Planner, REACHING, side_pose};
 
-/// How high over its base an object must be reached by a level hand to count as reachable: low as for taking it, as a share of
-/// its height (the first share at which it is grasped), and high as for pouring over it, m above its top. Chosen: a
+/// How high over its base an object must be reached to count as reachable: low as for taking it, as a share of its height (the
+/// first share at which it is grasped), and by a level hand also high as for pouring over it, m above its top. Chosen: a
 /// source that is held at 0.6 of 14 cm over a rim with 5 cm of room has the hand 13 cm above it. With half of it a
 /// source would have to be held near its base; with twice as much what a low source can fill is called out of reach.
 const TAKEN_AT: f64 = SHARES_UP[0];
@@ -37,10 +37,9 @@ impl Planner {
         let height = shape.map_or(UNKNOWN_HEIGHT, crate::world::Shape::height);
         let level = [TAKEN_AT * height, height + POURED_OVER].map(|up| (up, 0.0));
         let lowest = self.lowest(FRAC_PI_2) - origin.z;
-        let taken_at = shape.map_or_else(|| vec![TAKEN_AT], shares_up);
-        let down = taken_at.iter().map(|share| ((share * height).max(lowest), FRAC_PI_2));
+        let down = [((TAKEN_AT * height).max(lowest), FRAC_PI_2)];
         let level = level.into_iter().filter(|_| face != Some("top"));
-        let down = down.filter(|_| face != Some("side"));
+        let down = down.into_iter().filter(|_| face != Some("side"));
         let mut nearest = f64::INFINITY;
         for (up, pitch) in level.chain(down) {
             for turn in 0..REACHED_FROM {
