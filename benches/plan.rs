@@ -14,7 +14,11 @@ use trueup::motion::rrt::{Settings, plan};
 use trueup::motion::solid::Solid;
 use trueup::motion::trajectory::{Limits, Trajectory};
 use trueup::motion::{Budget, Robot};
+use trueup::workcell::Stdlib;
 use trueup::world::Pose;
+
+/// A position of the Panda's joints, rad.
+const PANDA: [f64; 7] = [0.3, -0.5, 0.2, -1.8, 0.4, 1.9, 0.1];
 
 fn planning(criterion: &mut Criterion) {
     let robot = Robot::gen3();
@@ -77,6 +81,17 @@ fn parts(criterion: &mut Criterion) {
     group.bench_function("inverse kinematics, out of reach", |bencher| {
         bencher.iter(|| solver.solve(black_box(&far), &Options::near(home), &|_| true));
     });
+    for (name, q) in [("ur5e_2f85", &[0.3, -0.9, 1.1, -0.4, 1.2, 0.5][..]), ("panda", &PANDA)] {
+        let robot = Stdlib::embedded().robot(name).unwrap();
+        let (solver, target) = (Solver::new(&robot), robot.forward(q).unwrap());
+        let home = robot.pose("home").unwrap();
+        group.bench_function(format!("inverse kinematics, first solution of {name}"), |bencher| {
+            bencher.iter(|| solver.solve(black_box(&target), &Options::first(home), &|_| true));
+        });
+        group.bench_function(format!("inverse kinematics, all solutions of {name}"), |bencher| {
+            bencher.iter(|| solver.solve(black_box(&target), &Options::near(home), &|_| true));
+        });
+    }
     group.bench_function("inverse dynamics", |bencher| {
         bencher.iter(|| dynamics.inverse(black_box(&q), &dq, &dq));
     });

@@ -2,12 +2,13 @@
 //!
 //! How far the model then is from the robot itself is tried; what it is solved for is not looked at here.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Vector3;
 
 use super::closed_form::{ClosedForm, MEET};
 use super::frames::Frame;
 use super::kinematics::frame_error;
-use super::robot::{Drive, Motion, Robot};
+use super::robot::Robot;
+use super::screws::Screws;
 
 /// How far, as a cosine, neighbouring axes may be from a right angle.
 const SQUARE: f64 = 1e-4;
@@ -18,28 +19,9 @@ impl ClosedForm {
     /// Returns the closed form if the robot has the right geometry: seven turning joints whose
     /// neighbouring axes meet at right angles.
     pub fn of(robot: &Robot) -> Option<Self> {
-        if robot.n_joints() != 7 {
-            return None;
-        }
-        let mut axes = [Vector3::zeros(); 7];
-        let mut points = [Vector3::zeros(); 7];
-        let mut pose = Isometry3::identity();
-        for &link in &robot.path {
-            let joint = &robot.links[link].joint;
-            pose *= joint.parent_from_link(joint.value(&[0.0; 7], 0.0));
-            match joint.drive {
-                Drive::None => {}
-                Drive::Joint { index, multiplier, offset }
-                    if joint.motion == Motion::Turn
-                        && (multiplier - 1.0).abs() < f64::EPSILON
-                        && offset.abs() < f64::EPSILON =>
-                {
-                    axes[index] = pose.rotation * joint.axis.into_inner();
-                    points[index] = pose.translation.vector;
-                }
-                _ => return None,
-            }
-        }
+        let screws = Screws::of(robot)?;
+        let axes: [Vector3<f64>; 7] = screws.axes.try_into().ok()?;
+        let points = screws.points;
         let mut meet = [Vector3::zeros(); 6];
         for i in 0..6 {
             if axes[i].dot(&axes[i + 1]).abs() > SQUARE {
@@ -64,7 +46,7 @@ impl ClosedForm {
         let base = Frame { x: y.cross(&axes[0]), y, z: axes[0], origin: meet[0] };
         let (last, zero) = unwound(base, &axes);
         let last = Frame { origin: meet[5], ..last };
-        let pose = Frame::of(&pose);
+        let pose = screws.tip;
         let tip = Frame {
             x: last.local(&pose.x),
             y: last.local(&pose.y),

@@ -255,7 +255,7 @@ pub(super) mod tests {
     use super::*;
     use crate::motion::Robot;
     use crate::motion::collision::{CollisionWorld, Obstacle};
-    use crate::motion::ik::random_configuration;
+    use crate::motion::descent::random_configuration;
     use crate::motion::lanes::Job;
     use crate::motion::polyline::mix;
     use crate::motion::solid::Solid;

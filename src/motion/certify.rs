@@ -130,7 +130,7 @@ mod tests {
     use super::super::batch::tests::{of_spheres, scene};
     use super::*;
     use crate::motion::Robot;
-    use crate::motion::ik::random_configuration;
+    use crate::motion::descent::random_configuration;
 
     /// Nothing of a stretch that is called free touches anything, and little that is free is refused.
     #[test]

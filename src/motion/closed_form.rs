@@ -18,12 +18,12 @@
 
 #![expect(clippy::inline_always, reason = "what is not inlined into the job misses the registers")]
 
-use nalgebra::{Isometry3, SMatrix, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
 use super::frames::Frame;
 use super::gate::Gate;
-use super::kinematics::frame_error;
 use super::lanes::{Job, Wide, run};
+use super::polish::{EXACT, polish};
 use super::quad::Quad;
 use super::robot::Robot;
 use super::triangles::{Pass, Target, three};
@@ -32,8 +32,6 @@ use super::turn::Turn;
 /// How far, m, neighbouring axes may miss each other and still count as meeting: link files print six
 /// digits or more, and the polish takes up the rest.
 pub(super) const MEET: f64 = 2e-5;
-/// A solution is exact when position (m) and rotation (rad) are off by less.
-const EXACT: f64 = 1e-11;
 /// Passes at most; away from singular poses two reach the last digits.
 const PASSES: usize = 6;
 /// Steps of the joints that add up to less, rad, need no further pass: what they leave goes with their square.
@@ -233,7 +231,7 @@ impl ClosedForm {
                 } else if ends.shut & bit != 0 {
                     let gate = gate.expect("it shuts the branch");
                     looked.beyond[2 * lane + half] = gate.beyond(simd, &ends.pass.turns)[lane];
-                } else if polish(robot, &wanted.tip, &mut q) {
+                } else if polish(robot, &wanted.tip, &mut q, &OTHERS) {
                     looked.branches[2 * lane + half] = Some(q);
                 }
             }
@@ -365,33 +363,6 @@ impl ClosedForm {
 /// Returns a bit for each lane whose branch is wanted: every other one of eight.
 fn lanes_of(which: u32) -> u8 {
     ((which & 1) | ((which >> 1) & 2) | ((which >> 2) & 4) | ((which >> 3) & 8)) as u8
-}
-
-/// Newton's method with joint 3 held; returns whether the result is exact.
-#[inline(never)]
-fn polish(robot: &Robot, target: &Frame, q: &mut [f64; 7]) -> bool {
-    let mut jacobian = [0.0; 42];
-    // Where two roots meet a step leaves half of what is off.
-    for _ in 0..14 {
-        let tip = robot.jacobian_into(q, &mut jacobian);
-        let error = frame_error(&tip, target);
-        if error.amax() < EXACT {
-            return true;
-        }
-        let square = SMatrix::<f64, 6, 6>::from_fn(|i, j| jacobian[6 * OTHERS[j] + i]);
-        // Beside a singular pose the plain step may be wild; the damping is far below any other effect.
-        let damping = 1e-3 * error.norm_squared() + 1e-18;
-        let step = square.lu().solve(&error).filter(|step| step.amax() < 0.2).or_else(|| {
-            let normal = square.transpose() * square;
-            let damped = normal + SMatrix::<f64, 6, 6>::identity() * damping;
-            damped.cholesky().map(|factor| factor.solve(&(square.transpose() * error)))
-        });
-        let Some(step) = step else { return false };
-        for (k, &i) in OTHERS.iter().enumerate() {
-            q[i] += step[k];
-        }
-    }
-    frame_error(&robot.tip_frame(q), target).amax() < 1e-9
 }
 
 /// Whether two solutions are the same up to whole turns.

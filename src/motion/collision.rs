@@ -478,7 +478,7 @@ mod tests {
     use rand::rngs::StdRng;
     use rand::{RngExt, SeedableRng};
 
-    use super::super::ik::random_configuration;
+    use super::super::descent::random_configuration;
     use super::*;
 
     /// Whatever the broad phase, the planes and the capsules leave out, the exact distances of all pairs confirm.

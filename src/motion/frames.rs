@@ -78,6 +78,12 @@ impl Frame {
         Vector3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }
 
+    /// Returns the base as the frame sees it.
+    pub(super) fn inverse(&self) -> Self {
+        let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| self.local(&v));
+        Self { x, y, z, origin: -self.local(&self.origin) }
+    }
+
     /// Returns a frame that is given in this one.
     #[inline]
     pub(super) fn then(&self, inner: &Self) -> Self {

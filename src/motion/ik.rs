@@ -1,37 +1,36 @@
 //! Inverse kinematics: joint positions that put the tip at a pose.
 //!
 //! Arms with the Gen3's geometry have a [closed form](super::closed_form) with joint 3 free, which finds
-//! every solution of a sweep over joint 3. Every other chain is solved numerically from many starts. A
-//! collision check is the caller's, by a filter.
-//!
-//! Source: numerical method: Sugihara, "Solvability-unconcerned inverse kinematics by the
-//! Levenberg-Marquardt method", T-RO 2011 (damping scaled by the error).
+//! every solution of a sweep over joint 3. Arms whose axes meet or are parallel where it helps are
+//! [taken apart](super::decomposition): all solutions of six joints, and of seven those of a sweep over one. Every other
+//! chain is solved [numerically](super::descent) from many starts. A collision check is the caller's, by a filter.
 
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
+use rand::SeedableRng;
 use rand::rngs::StdRng;
-use rand::{RngExt, SeedableRng};
 
-use super::cholesky;
 use super::closed_form::{ClosedForm, Looked, Wanted};
+use super::decomposition::Decomposition;
+use super::descent::{descend, random_configuration};
 use super::frames::Frame;
 use super::gate::Gate;
-use super::kinematics::frame_error;
-use super::normal;
+use super::polish::polish;
 use super::robot::{JointLimits, Motion, Robot};
 use super::unreached::nearest_distance;
 use super::window;
 use crate::world::frame::{Base, Flange, Pose};
 
-/// A numerical solution counts when position (m) and rotation (rad) are off by less.
-const EXACT: f64 = 1e-10;
-/// Iterations from one start: Sugihara's method needs about 20 on the arms tried.
-const ITERATIONS: usize = 80;
-
 /// Starts of the numerical method that differ from where the arm is in joint 3 alone: every 40 deg of a range of 330.
 /// Chosen: half of the solutions that are wanted come from them and half from anywhere, as another posture does.
 const SWIVELS: usize = 8;
+
+/// Starts of the numerical method where a closed form was asked already.
+const FEW: usize = 12;
+
+/// A start that is farther outside a joint's limits, rad, is none: polishing moves a joint by less.
+const FAR_OUTSIDE: f64 = 0.1;
 
 /// Limits are inclusive: rounding may put a solution at a limit this far past it, rad.
 pub(super) const SLACK: f64 = 1e-9;
@@ -100,6 +99,8 @@ impl Reason {
 pub struct Solver<'a> {
     robot: &'a Robot,
     closed_form: Option<(ClosedForm, Gate)>,
+    /// Of an arm without that form, if it has one.
+    decomposition: Option<Decomposition>,
     spans: Vec<Span>,
 }
 
@@ -124,12 +125,19 @@ impl<'a> Solver<'a> {
             let gate = form.gate(robot);
             (form, gate)
         });
-        Self { robot, closed_form, spans }
+        let decomposition = if closed_form.is_none() { Decomposition::of(robot) } else { None };
+        Self { robot, closed_form, decomposition, spans }
     }
 
     /// Returns the closed form, if this arm has one.
     pub fn closed_form(&self) -> Option<&ClosedForm> {
         self.closed_form.as_ref().map(|(form, _)| form)
+    }
+
+    /// Whether every solution is found in closed form: of an arm with a joint to spare, every one at the values of that
+    /// joint that are tried.
+    pub fn is_analytic(&self) -> bool {
+        self.closed_form.is_some() || self.decomposition.is_some()
     }
 
     /// Returns the robot.
@@ -155,15 +163,11 @@ impl<'a> Solver<'a> {
         if let Some((form, gate)) = &self.closed_form {
             search.closed(form, gate, target, options);
         }
+        if let Some(parts) = &self.decomposition {
+            search.by_parts(parts, target, options);
+        }
         if search.found.is_empty() && !(search.outside && search.refused) {
-            // Also for the closed form: what the filter takes may lie between two values of joint 3.
-            let restarts = if self.closed_form.is_none() {
-                options.restarts
-            } else if search.refused {
-                options.restarts.min(12)
-            } else {
-                0
-            };
+            let restarts = self.restarts(options.restarts, search.refused);
             search.descend(target, options, restarts);
         }
         if search.found.is_empty() {
@@ -214,9 +218,18 @@ impl<'a> Solver<'a> {
     }
 
     /// Brings `q` near `near` by whole turns, inside the limits; `None` if it does not fit.
-    pub(super) fn fit<Q: AsMut<[f64]>>(&self, mut q: Q, near: &[f64]) -> Option<Q> {
+    pub(super) fn fit<Q: AsMut<[f64]>>(&self, q: Q, near: &[f64]) -> Option<Q> {
+        let mut q = self.turned(q, near, SLACK)?;
+        for (x, span) in q.as_mut().iter_mut().zip(&self.spans) {
+            *x = x.clamp(span.lower, span.upper);
+        }
+        Some(q)
+    }
+
+    /// As [`Self::fit`], with limits that are wider by `slack` rad.
+    fn turned<Q: AsMut<[f64]>>(&self, mut q: Q, near: &[f64], slack: f64) -> Option<Q> {
         for ((x, near), span) in q.as_mut().iter_mut().zip(near).zip(&self.spans) {
-            let (lower, upper) = (span.lower - SLACK, span.upper + SLACK);
+            let (lower, upper) = (span.lower - slack, span.upper + slack);
             if span.turns {
                 *x = near + wrap(*x - near);
                 if *x > upper {
@@ -228,9 +241,21 @@ impl<'a> Solver<'a> {
             if *x < lower || *x > upper {
                 return None;
             }
-            *x = x.clamp(span.lower, span.upper);
         }
         Some(q)
+    }
+
+    /// Returns from how many starts the numerical method tries what a closed form did not find.
+    fn restarts(&self, most: usize, refused: bool) -> usize {
+        match (&self.closed_form, &self.decomposition) {
+            (None, None) => most,
+            (Some(_), _) if !refused => 0,
+            // These are all there are.
+            (None, Some(parts)) if refused && parts.held().is_none() => 0,
+            // What the filter takes may lie between two values of the joint that is swept, and beside a singular pose an
+            // arm whose axes meet only nearly has solutions that no start leads to.
+            _ => most.min(FEW),
+        }
     }
 
     fn near<'o>(&self, options: &'o Options) -> Cow<'o, [f64]> {
@@ -254,7 +279,7 @@ impl<'a> Solver<'a> {
         let mut outside = search.outside;
         let mut free = near.to_vec();
         let mut random = StdRng::seed_from_u64(options.seed);
-        for _ in 0..if outside || self.closed_form.is_some() { 0 } else { 20 } {
+        for _ in 0..if outside || self.is_analytic() { 0 } else { 20 } {
             outside |= descend(self.robot, target, &mut free, None);
             free = random_configuration(self.robot, &mut random);
         }
@@ -323,13 +348,7 @@ impl<'s> Search<'s> {
     /// Tries the value of joint 3 at hand, then a full turn of it, coarse before fine.
     fn sweep(&mut self, form: &ClosedForm, wanted: &Wanted, gate: &Gate, options: &Options) {
         let solver = self.solver;
-        let limits = &solver.robot.joints()[2];
-        for k in 0..=options.sweep {
-            let q3 = if k == 0 { self.near[2] } else { self.near[2] + TAU * coarse_to_fine(k) };
-            let q3 = if limits.continuous { q3 } else { wrap(q3) };
-            if q3 < limits.lower || q3 > limits.upper {
-                continue;
-            }
+        for q3 in self.values(2, options.sweep) {
             let looked = form.branches(solver.robot, wanted, q3, Some(gate));
             if self.take_nearest(&looked, options.enough) {
                 return;
@@ -340,6 +359,48 @@ impl<'s> Search<'s> {
                     self.swept.reserve(options.sweep.min(128) + 1);
                 }
                 self.swept.push((q3, looked));
+            }
+        }
+    }
+
+    /// Returns the values of a joint to be tried: the one at hand, then those of a full turn inside its limits, coarse
+    /// before fine.
+    fn values(&self, joint: usize, sweep: usize) -> impl Iterator<Item = f64> + use<'s> {
+        let (near, limits) = (self.near[joint], &self.solver.robot.joints()[joint]);
+        (0..=sweep).filter_map(move |k| {
+            let value = if k == 0 { near } else { near + TAU * coarse_to_fine(k) };
+            let value = if limits.continuous { value } else { wrap(value) };
+            (limits.lower..=limits.upper).contains(&value).then_some(value)
+        })
+    }
+
+    /// Asks an arm that comes apart: all its solutions, or those at the values tried of the joint it has to spare.
+    fn by_parts(&mut self, parts: &Decomposition, target: &Frame, options: &Options) {
+        let (solver, near) = (self.solver, self.near);
+        let values: Vec<f64> = match parts.held() {
+            Some(held) => self.values(held, options.sweep).collect(),
+            None => vec![0.0],
+        };
+        for value in values {
+            let mut starts = Vec::with_capacity(8);
+            parts.solve(target, value, near, &mut |q| match solver.turned(q, near, FAR_OUTSIDE) {
+                Some(q) => starts.push((distance(&q, near), q)),
+                None => self.outside = true,
+            });
+            starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+            // Other values of the joint that is held give other solutions.
+            let first = self.found.len();
+            for (_, mut q) in starts {
+                if !polish(solver.robot, target, &mut q, &parts.six) {
+                    continue;
+                }
+                match solver.fit(q, near) {
+                    Some(q) => self.offer(&q, first),
+                    None => self.outside = true,
+                }
+                if self.found.len() >= options.enough {
+                    return;
+                }
             }
         }
     }
@@ -405,56 +466,6 @@ impl<'s> Search<'s> {
             }
         }
     }
-}
-
-/// Runs Levenberg-Marquardt from `q`, inside `ranges` if there are any, rad; returns whether it ended on the target.
-fn descend(robot: &Robot, target: &Frame, q: &mut [f64], ranges: Option<&[(f64, f64)]>) -> bool {
-    let n = robot.n_joints();
-    let mut jacobian = vec![0.0; 6 * n];
-    let (mut normal, mut step) = (vec![0.0; n * n], vec![0.0; n]);
-    let mut best = f64::INFINITY;
-    let mut stalled = 0;
-    for _ in 0..ITERATIONS {
-        let error = frame_error(&robot.jacobian_into(q, &mut jacobian), target);
-        if error.amax() < EXACT {
-            return true;
-        }
-        let size = 0.5 * error.norm_squared();
-        stalled = if size < 0.9 * best { 0 } else { stalled + 1 };
-        best = best.min(size);
-        if stalled > 12 {
-            return false;
-        }
-        normal::equations(&jacobian, error.as_slice(), &mut normal, &mut step);
-        for i in 0..n {
-            // Sugihara (13): the damping vanishes with the error, so the end is quadratic.
-            normal[i * n + i] += size + 1e-14;
-        }
-        if !cholesky::solve(&mut normal, &mut step) {
-            return false;
-        }
-        let longest = step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let scale = (1.0 / longest).min(1.0);
-        for i in 0..n {
-            q[i] += scale * step[i];
-            if let Some(ranges) = ranges {
-                q[i] = q[i].clamp(ranges[i].0, ranges[i].1);
-            }
-        }
-    }
-    false
-}
-
-/// Draws joint positions, uniformly inside the limits; a full turn where there are none.
-pub(super) fn random_configuration(robot: &Robot, random: &mut StdRng) -> Vec<f64> {
-    robot
-        .joints()
-        .iter()
-        .map(|joint| {
-            let (low, high) = (joint.lower.max(-PI), joint.upper.min(PI));
-            if low < high { random.random_range(low..high) } else { low }
-        })
-        .collect()
 }
 
 /// The largest difference of any joint.

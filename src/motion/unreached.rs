@@ -11,8 +11,9 @@ use rand::rngs::StdRng;
 
 use super::cholesky;
 use super::closed_form::ClosedForm;
+use super::descent::random_configuration;
 use super::frames::Frame;
-use super::ik::{random_configuration, wrap};
+use super::ik::wrap;
 use super::kinematics::frame_error;
 use super::normal;
 use super::robot::Robot;

@@ -1,5 +1,6 @@
 //! Motion: published reference values, laws, closed forms.
 
+mod analytic;
 mod arms;
 mod benchmaker;
 mod cartesian;

@@ -7,6 +7,7 @@ pub mod hand_eye;
 pub mod measured;
 pub mod problem;
 pub mod robot;
+pub mod finding;
 pub mod robot_check;
 pub mod rows;
 pub mod see;

@@ -3,12 +3,12 @@
 //! A robot in, findings out; every finding that is not in order says what to write. What is checked is what the other
 //! layers ask of a robot: no rule of theirs is repeated here, they are asked.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write as _;
 
 use nalgebra::{Isometry3, Vector3};
-use serde::Serialize;
 
+use super::finding::{CheckAnswer, Finding, State, Use};
 use crate::execution::plan::side_pose;
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::fault::Note;
@@ -25,92 +25,8 @@ const HEIGHT: f64 = 0.09;
 const PITCHES: [f64; 2] = [0.0, 20.0 * std::f64::consts::PI / 180.0];
 /// Directions further from parallel than this are another axis: the cosine of 2.5 deg.
 const ALONG: f64 = 0.999;
-
-/// What a robot may be used for, each with what the one before needs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Use {
-    /// `robot fk`, `robot ik`.
-    Kinematics,
-    /// `robot plan`.
-    Planning,
-    /// The physics of the twin.
-    Twin,
-    /// `pour(jar, cup)`.
-    Pour,
-}
-
-/// How something stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum State {
-    /// In order.
-    Ok,
-    /// Assumed; it works, perhaps not as the robot does.
-    Assumed,
-    /// Not there, or wrong.
-    Missing,
-}
-
-/// One thing that was looked at.
-#[derive(Debug, Clone, Serialize)]
-pub struct Finding {
-    /// What it is about: `jaws`, `tool`.
-    pub name: &'static str,
-    /// How it stands.
-    pub state: State,
-    /// What cannot be done without it, and what builds on that.
-    pub needed_for: Use,
-    /// What was found.
-    pub found: String,
-    /// What to write where it is not in order.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub write: Option<String>,
-}
-
-/// `robot check`.
-#[derive(Debug, Clone, Serialize)]
-pub struct CheckAnswer {
-    /// The robot's name in its file.
-    pub robot: String,
-    /// What it can be used for, in order.
-    pub usable_for: Vec<Use>,
-    /// What was looked at.
-    pub checks: Vec<Finding>,
-}
-
-impl CheckAnswer {
-    /// Returns whether everything can be done.
-    pub fn is_ready(&self) -> bool {
-        self.usable_for.len() == 4
-    }
-
-    /// Returns the findings as lines for people.
-    pub fn lines(&self) -> String {
-        let mut text = String::new();
-        for check in &self.checks {
-            let state = match check.state {
-                State::Ok => "ok",
-                State::Assumed => "assumed",
-                State::Missing => "missing",
-            };
-            let _ = writeln!(text, "{state:<8} {:<14} {}", check.name, check.found);
-            if let Some(write) = &check.write {
-                let _ = writeln!(text, "{:<8} {:<14} write {write}", "", "");
-            }
-        }
-        let word = |to: &Use| match to {
-            Use::Kinematics => "kinematics",
-            Use::Planning => "planning",
-            Use::Twin => "the twin",
-            Use::Pour => "pour(jar, cup)",
-        };
-        let words: Vec<&str> = self.usable_for.iter().map(word).collect();
-        let words = if words.is_empty() { "nothing yet".to_owned() } else { words.join(", ") };
-        let _ = write!(text, "{}: usable for {words}", self.robot);
-        text
-    }
-}
+/// A joint that may turn farther than this from zero, rad, has its range in degrees, as a rule.
+const MANY_TURNS: f64 = 5.0 * TAU;
 
 /// Answers `robot check`.
 pub fn check(robot: &Robot) -> CheckAnswer {
@@ -160,6 +76,12 @@ impl List<'_> {
         let (root, tip) = (&robot.links()[0].name, &robot.links()[robot.tip()].name);
         let n = robot.n_joints();
         self.add("joints", Use::Kinematics, format!("{n} from {root} to {tip}"));
+        let how = if Solver::new(robot).is_analytic() {
+            "solved in closed form, every branch"
+        } else {
+            "solved numerically, from many starts"
+        };
+        self.add("kinematics", Use::Kinematics, how);
     }
 
     /// Ranges, speeds, accelerations and torques of the joints.
@@ -177,7 +99,17 @@ impl List<'_> {
             Note::NoRange { joint } => Some(joint),
             _ => None,
         });
-        if open.is_empty() {
+        let wide = names(&|i| {
+            let joint = &joints[i];
+            let turns = robot.links()[joint.link].joint.motion == Motion::Turn;
+            let most = joint.upper.max(-joint.lower);
+            turns && !joint.continuous && most.is_finite() && most > MANY_TURNS
+        });
+        if !wide.is_empty() {
+            let found = format!("more than five turns each way, as degrees read as rad: {wide}");
+            let write = "<limit lower=\"..\" upper=\"..\"/> in rad, or type=\"continuous\"";
+            self.wrong(("ranges", State::Assumed, Use::Planning), found, write);
+        } else if open.is_empty() {
             self.add("ranges", Use::Planning, "every joint has one, or turns without end");
         } else {
             let write = "<limit lower=\"..\" upper=\"..\"/> (rad) in these joints of the URDF";
