@@ -7,8 +7,8 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 
 use super::body::Body;
-use super::distance::distance_or_overlap;
 use super::descent::random_configuration;
+use super::distance::distance_or_overlap;
 use super::posture::{Solids, are_apart};
 use super::robot::{Motion, Robot};
 

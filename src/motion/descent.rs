@@ -5,6 +5,7 @@
 
 use std::f64::consts::PI;
 
+use nalgebra::Vector6;
 use rand::RngExt;
 use rand::rngs::StdRng;
 
@@ -19,12 +20,33 @@ const EXACT: f64 = 1e-10;
 /// Iterations from one start: Sugihara's method needs about 20 on the arms tried.
 const ITERATIONS: usize = 80;
 
-/// Runs Levenberg-Marquardt from `q`, inside `ranges` if there are any, rad; returns whether it ended on the target.
+/// How far from the target an arm may end that cannot come nearer.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Give {
+    /// m.
+    pub(super) position: f64,
+    /// rad.
+    pub(super) rotation: f64,
+}
+
+impl Give {
+    /// Nothing but rounding.
+    pub(super) const NOTHING: Self = Self { position: EXACT, rotation: EXACT };
+
+    fn allows(self, error: &Vector6<f64>) -> bool {
+        error.fixed_rows::<3>(0).norm() < self.position
+            && error.fixed_rows::<3>(3).norm() < self.rotation
+    }
+}
+
+/// Runs Levenberg-Marquardt from `q`, inside `ranges` if there are any, rad; returns whether it ended on the target, or where
+/// it comes no nearer as near as `give` allows.
 pub(super) fn descend(
     robot: &Robot,
     target: &Frame,
     q: &mut [f64],
     ranges: Option<&[(f64, f64)]>,
+    give: Give,
 ) -> bool {
     let n = robot.n_joints();
     let mut jacobian = vec![0.0; 6 * n];
@@ -40,7 +62,7 @@ pub(super) fn descend(
         stalled = if size < 0.9 * best { 0 } else { stalled + 1 };
         best = best.min(size);
         if stalled > 12 {
-            return false;
+            return give.allows(&error);
         }
         normal::equations(&jacobian, error.as_slice(), &mut normal, &mut step);
         for i in 0..n {

@@ -13,7 +13,7 @@ use rand::rngs::StdRng;
 
 use super::closed_form::{ClosedForm, Looked, Wanted};
 use super::decomposition::Decomposition;
-use super::descent::{descend, random_configuration};
+use super::descent::{Give, descend, random_configuration};
 use super::frames::Frame;
 use super::gate::Gate;
 use super::polish::polish;
@@ -25,6 +25,10 @@ use crate::world::frame::{Base, Flange, Pose};
 /// Starts of the numerical method that differ from where the arm is in joint 3 alone: every 40 deg of a range of 330.
 /// Chosen: half of the solutions that are wanted come from them and half from anywhere, as another posture does.
 const SWIVELS: usize = 8;
+
+/// How near an arm with fewer joints than a pose has directions need come. Chosen: a millimetre is what things are seen to,
+/// two degrees what they lean by in a hand, and a mug still stands.
+const NEAR: Give = Give { position: 1e-3, rotation: 0.035 };
 
 /// Starts of the numerical method where a closed form was asked already.
 const FEW: usize = 12;
@@ -102,6 +106,7 @@ pub struct Solver<'a> {
     /// Of an arm without that form, if it has one.
     decomposition: Option<Decomposition>,
     spans: Vec<Span>,
+    give: Give,
 }
 
 /// What of a joint is asked for each solution.
@@ -126,7 +131,17 @@ impl<'a> Solver<'a> {
             (form, gate)
         });
         let decomposition = if closed_form.is_none() { Decomposition::of(robot) } else { None };
-        Self { robot, closed_form, decomposition, spans }
+        Self { robot, closed_form, decomposition, spans, give: Give::NOTHING }
+    }
+
+    /// Lets an arm with fewer than six joints come near a pose that it cannot take: a thing in its hand leans by what it was
+    /// seen to lean, and such an arm cannot lean with it.
+    #[must_use]
+    pub fn giving_way(mut self) -> Self {
+        if self.robot.n_joints() < 6 {
+            self.give = NEAR;
+        }
+        self
     }
 
     /// Returns the closed form, if this arm has one.
@@ -214,7 +229,8 @@ impl<'a> Solver<'a> {
         };
         let ranges: Vec<_> = self.robot.joints().iter().zip(q).map(ends).collect();
         let mut q = q.to_vec();
-        descend(self.robot, &Frame::of(target.isometry()), &mut q, Some(&ranges)).then_some(q)
+        let target = Frame::of(target.isometry());
+        descend(self.robot, &target, &mut q, Some(&ranges), self.give).then_some(q)
     }
 
     /// Brings `q` near `near` by whole turns, inside the limits; `None` if it does not fit.
@@ -280,7 +296,7 @@ impl<'a> Solver<'a> {
         let mut free = near.to_vec();
         let mut random = StdRng::seed_from_u64(options.seed);
         for _ in 0..if outside || self.is_analytic() { 0 } else { 20 } {
-            outside |= descend(self.robot, target, &mut free, None);
+            outside |= descend(self.robot, target, &mut free, None, self.give);
             free = random_configuration(self.robot, &mut random);
         }
         let reason = if outside { Reason::Limits } else { Reason::OutOfReach };
@@ -451,7 +467,7 @@ impl<'s> Search<'s> {
         let swivels = if robot.n_joints() > 6 && !is_swept { SWIVELS } else { 0 };
         let mut q = self.near.to_vec();
         for start in 1..=restarts {
-            if descend(robot, target, &mut q, Some(&ranges)) {
+            if descend(robot, target, &mut q, Some(&ranges), self.solver.give) {
                 self.take(&q.clone());
             }
             if self.found.len() >= enough {

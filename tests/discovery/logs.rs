@@ -45,6 +45,10 @@ struct Logger {
     driven: bool,
     /// Dry friction is larger by this part forwards, and smaller backwards.
     lopsided: f64,
+    /// A spring at joint 2 that is at rest at -1 rad, N·m/rad.
+    spring: f64,
+    /// A mass 3 cm beside the tip's axis and 6 cm ahead, kg.
+    load: f64,
 }
 
 /// Gains of the controller on position, N·m/rad, and speed, N·m·s/rad.
@@ -123,6 +127,15 @@ fn log(logger: Logger, motion: usize) -> Recording {
         let (before, after) = urdf.split_at(link);
         urdf = format!("{before}{}", after.replacen("1.1636", "1.4136", 1));
     }
+    if logger.load > 0.0 {
+        let load = format!(
+            r#"<link name="load"><inertial><mass value="{}"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link>
+            <joint name="holds" type="fixed"><parent link="end_effector_link"/><child link="load"/><origin xyz="0.03 0 0.06"/></joint>
+            </robot>"#,
+            logger.load
+        );
+        urdf = urdf.replace("</robot>", &load);
+    }
     let robot = Robot::from_urdf(&urdf, Some("end_effector_link")).unwrap();
     let dynamics = Dynamics::new(&robot, Bodies::All);
     let effort = if logger.currents { ("current", "A") } else { ("tau", "N*m") };
@@ -148,6 +161,7 @@ fn log(logger: Logger, motion: usize) -> Recording {
             tau[1] += ROTOR * ddq[1];
             (0..7).for_each(|j| tau[j] += friction(j, dq[j], logger.lopsided));
         }
+        tau[1] += logger.spring * (q[1] + 1.0);
         if logger.offsets {
             (0..7).for_each(|j| tau[j] += OFFSET[j]);
         }
@@ -380,4 +394,26 @@ fn friction_and_offsets_everywhere_beside_a_link_that_is_heavier_leave_nothing_t
     assert!((at("link_mass", 3, "mass") - 0.25).abs() < 0.05);
     assert_eq!(finding.effects.len(), 7 * 3 + 2, "{:#?}", finding.effects);
     assert!(finding.gap.after.heldout < 1.1, "{:?}", finding.gap);
+}
+
+/// Other links would take most of it, each a little, and what is left of it would look like many effects.
+#[test]
+fn a_load_beside_the_axis_is_one_effect() {
+    let finding = found(Logger { load: 1.3, ..Logger::default() });
+    assert_eq!(finding.verdict, Verdict::Named, "{:#?}", finding.effects);
+    assert_eq!(finding.effects[0].name, "payload");
+    let mass = number(&finding.effects[0], "mass");
+    assert!((mass - 1.3).abs() < 0.013, "{mass} kg");
+    assert!(finding.identified.is_empty(), "{:?}", finding.identified);
+}
+
+#[test]
+fn a_spring_is_one_effect() {
+    let finding = found(Logger { spring: 20.0, ..Logger::default() });
+    let effects = &finding.effects;
+    assert!(effects.iter().all(|e| e.at == "joint_2"), "{effects:#?}");
+    let spring = effects.iter().find(|effect| effect.name == "linear_stiffness").unwrap();
+    let coefficient = number(spring, "coefficient");
+    assert!((coefficient - 20.0).abs() < 0.2, "{coefficient} N*m/rad");
+    assert!(finding.identified.is_empty(), "{:?}", finding.identified);
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Rotation2, Rotation3, Vector3};
 
 use crate::world::frame::{Object, Tool, World};
-use crate::world::{Point, Pose, Shape, support};
+use crate::world::{self as scene, Point, Pose, Shape, support};
 
 use super::super::wording;
 use super::grip;
@@ -104,6 +104,18 @@ impl Grasp {
 }
 
 impl Planner {
+    /// Returns from which direction the sides of an object are counted, rad: round things are taken from the same sides of the table
+    /// however they are turned, and by an arm that has no choice from where it stands.
+    fn turned_from(&self, object: &scene::Object, pose: &Pose<World, Object>) -> f64 {
+        if object.shape.symmetry() > 0.0 {
+            pose.yaw()
+        } else if self.robot().n_joints() < 6 {
+            self.bearing(&pose.origin())
+        } else {
+            0.0
+        }
+    }
+
     /// Returns ways to take `o` with the tool pitched down by `pitch` rad, best first.
     ///
     /// # Errors
@@ -140,8 +152,7 @@ impl Planner {
             let grips = grip::at_height(&object.shape, height, pitch, ahead);
             dropped.too_wide(grips.iter().map(|grip| grip.width).filter(|width| !fits(*width)));
             for grip in grips.iter().filter(|grip| fits(grip.width)) {
-                // Round things are taken from the same sides of the table however they are turned.
-                let yaw = if object.shape.symmetry() > 0.0 { pose.yaw() } else { 0.0 };
+                let yaw = self.turned_from(object, &pose);
                 let heading = yaw + grip.heading;
                 let aside = Rotation2::new(yaw) * grip.middle;
                 let middle = pose.origin() + Vector3::new(aside.x, aside.y, height);

@@ -157,6 +157,17 @@ impl Planner {
         known.ok_or_else(|| NoWay { what: what.to_owned(), why: Why::NotSeen(o.to_owned()) })
     }
 
+    /// Returns the direction from the arm's first axis to a place, rad, seen from above.
+    fn bearing(&self, to: &Vector3<f64>) -> f64 {
+        let robot = self.robot();
+        let zeros = vec![0.0; robot.n_joints()];
+        let first = robot.joints().first().map_or(0, |joint| joint.link);
+        let base_from_first = robot.link_poses(&zeros, 0.0).map(|poses| poses[first]);
+        let base_from_first = Pose::<Base, Flange>::new(base_from_first.unwrap_or_default());
+        let away = to - (self.cell.scene.world_from_base * base_from_first).origin();
+        away.y.atan2(away.x)
+    }
+
     /// Returns the tool pose of joint positions.
     fn tool_at(&self, q: &[f64]) -> Pose<World, Tool> {
         self.cell.tool_pose(q)
@@ -183,7 +194,7 @@ impl Planner {
         let options = ik::Options { sweep: SWEEP, ..ik::Options::near(near) };
         let robot = self.robot();
         let inside = |q: &[f64]| robot.outside_limits(q, -RESERVE).is_none();
-        let found = Solver::new(robot).solve(&self.tip(tool), &options, &inside);
+        let found = Solver::new(robot).giving_way().solve(&self.tip(tool), &options, &inside);
         found.map_err(|unreachable| unreachable.nearest)
     }
 
@@ -193,7 +204,7 @@ impl Planner {
     ///
     /// How far out of reach the first pose is that cannot be followed without a jump, m.
     fn track(&self, q: &[f64], poses: &[Pose<World, Tool>]) -> Result<Vec<Vec<f64>>, f64> {
-        let solver = Solver::new(self.robot());
+        let solver = Solver::new(self.robot()).giving_way();
         let mut path = vec![q.to_vec()];
         for pose in poses {
             let last = path.last().expect("the path begins with `q`");

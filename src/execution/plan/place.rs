@@ -185,7 +185,7 @@ impl Planner {
         let mut ways = Vec::new();
         'looking: for place in places {
             let (x, y) = (place.x, place.y);
-            let heading = y.atan2(x);
+            let heading = self.bearing(&place);
             let turned = if is_level { &[][..] } else { &AROUND[..] };
             for &turn in TURNS.iter().chain(turned) {
                 let yaw = heading + turn - ahead.y.atan2(ahead.x);

@@ -131,7 +131,7 @@ impl Planner {
         let world = self.obstacles(&[], self.state.opening);
         let mut dropped = Dropped::new();
         let mut ways: Vec<Pour> = Vec::new();
-        let away = cup.origin().y.atan2(cup.origin().x);
+        let away = self.bearing(&cup.origin());
         let object_from_tool = tool_from_object.inverse();
         // The hand's heading relative to the direction from the base to the cup, small turns first.
         'looking: for i in 0..HEADINGS {

@@ -44,7 +44,7 @@ impl Planner {
         for (up, pitch) in level.chain(down) {
             for turn in 0..REACHED_FROM {
                 let heading =
-                    origin.y.atan2(origin.x) + f64::from(turn) * TAU / f64::from(REACHED_FROM);
+                    self.bearing(&origin) + f64::from(turn) * TAU / f64::from(REACHED_FROM);
                 let pose = side_pose(origin + Vector3::z() * up, heading, pitch);
                 self.goes_on(REACHING, 0).map_err(no)?;
                 match self.reach(&pose, &self.q) {

@@ -103,7 +103,7 @@ impl Planner {
         let object_from_tool = tool_from_object.inverse();
         let ahead = object_from_tool.axis(2);
         let middle = stands.origin();
-        let heading = middle.y.atan2(middle.x);
+        let heading = self.bearing(&middle);
         let mut dropped = Dropped::new();
         let mut ways: Vec<Stir> = Vec::new();
         'looking: for up in heights {
@@ -173,8 +173,7 @@ impl Planner {
         let (_, tool_from_object) = held.ok_or_else(|| no(Why::EmptyHand))?;
         let object_from_tool = tool_from_object.inverse();
         let at = self.cell.scene.handing();
-        let base = self.cell.scene.world_from_base.origin();
-        let heading = (at.y - base.y).atan2(at.x - base.x);
+        let heading = self.bearing(&at);
         let ahead = object_from_tool.axis(2);
         let world = self.obstacles(&[], self.state.opening);
         let mut dropped = Dropped::new();

@@ -76,7 +76,7 @@ pub(in super::super) fn carried(gap: &ArmGap) -> Option<Carried> {
 
 /// Returns the numbers of one set: beside what both bear a part of what one of them bears more.
 fn borne(x: &DVector<f64>, own: &Parts, parts: &Parts, part: f64) -> DVector<f64> {
-    let mut own_x = x.rows(0, own.modelled + 1).into_owned();
+    let mut own_x = x.rows(0, own.count).into_owned();
     for (at, more) in own.load.clone().zip(parts.more.clone()) {
         own_x[at] += part * x[more];
     }

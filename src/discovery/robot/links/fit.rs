@@ -232,17 +232,19 @@ impl Problem {
     }
 }
 
-/// Where the numbers of bodies, of joints and of a load stand among all that are summed up, and last what the model says of
-/// the sensors.
+/// Where the numbers of bodies, of joints and of a load stand among all that are summed up, then what the model says of the
+/// sensors, and last what has a name.
 pub(super) struct Parts {
     pub(super) bodies: Range<usize>,
     pub(super) joints: Range<usize>,
     pub(super) load: Range<usize>,
     pub(super) modelled: usize,
+    /// Single effects that could be taken for other links: a spring at each joint, a zero at each joint, a tilt of the base.
+    pub(super) named: Range<usize>,
     /// What the recordings held out bear more, where both sets are one ([`Problem::merged`]).
     pub(super) more: Range<usize>,
     /// How many there are.
-    count: usize,
+    pub(super) count: usize,
 }
 
 /// What every joint of a real arm has, in this order.
@@ -256,20 +258,17 @@ pub(super) const OF_JOINT: [(&str, &str); 4] = [
 /// Units of the mass and the moment of a load on the last body, as [`wording::OF_LOAD`] calls them.
 pub(super) const LOAD: [&str; 4] = ["kg", "kg*m", "kg*m", "kg*m"];
 
+/// Numbers of a base's tilt: roll and pitch.
+pub(super) const TILT: usize = 2;
+
 impl Parts {
     pub(super) fn of(n: usize) -> Self {
         let bodies = 0..n * NUMBERS;
         let joints = bodies.end..bodies.end + n * OF_JOINT.len();
         let load = joints.end..joints.end + LOAD.len();
         let modelled = load.end;
-        Self {
-            bodies,
-            joints,
-            load,
-            modelled,
-            more: modelled + 1..modelled + 1,
-            count: modelled + 1,
-        }
+        let named = modelled + 1..modelled + 1 + 2 * n + TILT;
+        Self { bodies, joints, load, modelled, more: named.end..named.end, count: named.end, named }
     }
 
     /// Returns the same where both sets are one.
@@ -277,6 +276,12 @@ impl Parts {
         let count = self.count + LOAD.len();
         let parts = Self::of(self.bodies.len() / NUMBERS);
         Self { more: self.count..count, count, ..parts }
+    }
+
+    /// Returns the effects with a name of which each may be all that is missing: one spring, one zero, the base's tilt.
+    pub(super) fn each_named(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        let tilt = self.named.end - TILT;
+        (self.named.start..tilt).map(|at| at..at + 1).chain([tilt..self.named.end])
     }
 
     /// Returns the directions in which only these numbers change.
@@ -327,7 +332,8 @@ pub(super) fn consistent(
         // Twice: what is usual, and what pulls the two steps together.
         form[(i, i)] += 2.0 * pull[i] + 1e-12 * form[(i, i)] + 1e-300;
         let is_load = parts.load.contains(&i) && !is_loaded;
-        if is_load || i == parts.modelled || (i < of_bodies && problem.prior[i] <= 0.0) {
+        let has_name = (parts.modelled..parts.named.end).contains(&i);
+        if is_load || has_name || (i < of_bodies && problem.prior[i] <= 0.0) {
             form[(i, i)] = f64::MAX.sqrt();
         }
     }

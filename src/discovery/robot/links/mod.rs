@@ -4,7 +4,8 @@
 //! A maker's file is never exact, and what its numbers are off by looks like effects that are not there. Torques are linear
 //! in all of these numbers; most of them show only in sums, so each is held near the file's, as near as a file is usually
 //! right, and every body stays one that could be: its pseudo-inertia is positive. What comes of it is taken only if it
-//! predicts the recordings held out clearly better, and no single link or load does as well: that has a name.
+//! predicts the recordings held out clearly better, and no single effect does as well that has a name: a heavier link, a load, a
+//! spring, a joint's zero, a tilt of the base.
 //!
 //! Source: Gautier and Khalil, "Direct calculation of minimum set of inertial parameters", 1990; Traversaro et al.,
 //! "Identification of fully physical consistent inertial parameters using optimization on manifolds", 2016; Wensing, Kim
@@ -16,6 +17,7 @@ mod fit;
 mod gains;
 mod late;
 mod signs;
+mod single;
 
 use std::ops::Range;
 
@@ -34,6 +36,7 @@ use crate::motion::revise::{LinkChange, Revision};
 use body::{NAMES, NUMBERS, numbers, spread};
 use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent, left_of};
 use gains::Shown;
+use single::named;
 
 pub(super) use carried::{Carried, carried};
 pub(super) use late::late;
@@ -43,6 +46,8 @@ pub(super) use signs::Turned;
 pub(super) const BETTER: f64 = 0.9;
 /// A number is told if the data say more of it than the file does: its uncertainty fell to this part.
 const TOLD: f64 = 0.5;
+/// An angle so small that torques are linear in it, rad.
+const LITTLE: f64 = 1e-3;
 /// Speeds below which dry friction may give way, rad/s; the one that fits best is taken.
 pub(super) const CREEPS: [f64; 4] = [1e-3, 4e-3, 1.6e-2, 5e-2];
 
@@ -156,8 +161,7 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         }
         gains::shown(&problem, &parts, list, without)
     };
-    let named =
-        named(&problem, &parts, bodies).into_iter().map(|fit| problem.judged(&fit.x, &weights));
+    let named = named(&problem, &parts, bodies, &weights);
     let plainest = with_gains(&[&parts.joints], &bare)
         .iter()
         .map(|shown| shown.problem.judged(&shown.fit.x, &weights))
@@ -223,18 +227,6 @@ fn of_joints(x: &DVector<f64>, parts: &Parts, creep: f64) -> (Vec<Term>, Vec<f64
         values.extend((law == Law::Coulomb).then_some(creep));
     }
     (terms, values)
-}
-
-/// Fits what has a name beside the numbers of the file: a load, and every link heavier by itself.
-fn named(problem: &Problem, parts: &Parts, bodies: &[Body]) -> Vec<Fit> {
-    let loaded = problem.fit(&parts.only(&[&parts.joints, &parts.load]));
-    let heavier = bodies.iter().enumerate().filter_map(|(at, body)| {
-        let mut directions = parts.only(&[&parts.joints]).insert_column(0, 0.0);
-        let own = numbers(body);
-        (0..NUMBERS).for_each(|k| directions[(at * NUMBERS + k, 0)] = own[k]);
-        if own[0] > 0.0 { problem.fit(&directions) } else { None }
-    });
-    heavier.chain(loaded).collect()
 }
 
 /// Numbers of bodies that fit, and could be.
@@ -358,7 +350,8 @@ fn problem(gap: &ArmGap, (train, heldout): (Vec<Sums>, Vec<Sums>), more: usize) 
     // What the model says is no number to be fitted.
     prior.push(0.0);
     is_up.push(false);
-    prior.resize(prior.len() + more, f64::INFINITY);
+    let named = Parts::of(bodies.len()).named.len();
+    prior.resize(prior.len() + named + more, f64::INFINITY);
     is_up.resize(prior.len(), false);
     Problem { train, heldout, prior, is_up }
 }
@@ -371,6 +364,8 @@ struct Columns {
     /// Of each joint viscous friction, offset and rotor.
     joints: [Vec<Vec<f64>>; 3],
     modelled: Vec<f64>,
+    /// For little of each: springs, zeros, the base's roll and pitch.
+    named: Vec<Vec<f64>>,
 }
 
 impl Columns {
@@ -390,7 +385,12 @@ impl Columns {
         for column in of_law(gap, set, &here, (Law::TorqueGain, &[2.0]))? {
             modelled.iter_mut().zip(column).for_each(|(sum, one)| *sum += one);
         }
-        Some(Self { set, here, bodies, joints: [viscous?, offset?, rotor?], modelled })
+        let mut named = of_law(gap, set, &here, (Law::Stiffness, &[1.0]))?;
+        named.extend(of_law(gap, set, &here, (Law::ZeroOffset, &[LITTLE]))?);
+        for tilt in [[LITTLE, 0.0], [0.0, LITTLE]] {
+            named.push(of_term(gap, set, &here, Term { law: Law::BaseTilt, joint: 0 }, &tilt)?);
+        }
+        Some(Self { set, here, bodies, joints: [viscous?, offset?, rotor?], modelled, named })
     }
 
     /// Returns what every torque sensor says where dry friction gives way below `creep` rad/s, with `more` numbers after all others.
@@ -401,8 +401,11 @@ impl Columns {
         let n = viscous.len();
         let load = self.bodies[(n - 1) * NUMBERS..].iter().take(LOAD.len());
         let numbers = self.bodies.iter().chain((0..n).flat_map(of_joint)).chain(load);
-        let columns: Vec<&Vec<f64>> =
-            numbers.chain([&self.modelled]).chain(more.iter().copied()).collect();
+        let columns: Vec<&Vec<f64>> = numbers
+            .chain([&self.modelled])
+            .chain(&self.named)
+            .chain(more.iter().copied())
+            .collect();
         summed(gap, self.set, &self.here, &columns)
     }
 }
@@ -415,11 +418,20 @@ fn of_law(
     (law, parameters): (Law, &[f64]),
 ) -> Option<Vec<Vec<f64>>> {
     let n = gap.models(set).first()?.arm.chain.n();
-    let column = |joint: usize| -> Option<Vec<f64>> {
-        let there = gap.residuals(set, &[Term { law, joint }], parameters)?;
-        Some(here.iter().zip(there).map(|(here, there)| here - there).collect())
-    };
+    let column = |joint: usize| of_term(gap, set, here, Term { law, joint }, parameters);
     (0..n).into_par_iter().map(column).collect()
+}
+
+/// Returns by how much `here` falls for an effect.
+fn of_term(
+    gap: &ArmGap,
+    set: Set,
+    here: &[f64],
+    term: Term,
+    parameters: &[f64],
+) -> Option<Vec<f64>> {
+    let there = gap.residuals(set, &[term], parameters)?;
+    Some(here.iter().zip(there).map(|(here, there)| here - there).collect())
 }
 
 /// Sums columns and residuals up, sensor by sensor.

@@ -1,0 +1,62 @@
+//! What a single effect with a name explains beside the numbers of the file: where one does as well as other links do, it is the
+//! one that is missing.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::super::chain::Body;
+use super::body::{NUMBERS, numbers};
+use super::fit::{Fit, Parts, Problem};
+
+/// How often a load's inertia and its moment are made to agree: each time what is wrong falls to a few hundredths.
+const AGREEING: usize = 4;
+/// A load is no farther from the last body's frame, m.
+const FAR_OUT: f64 = 1.0;
+
+/// Returns what is left of the recordings held out by each effect with a name beside the numbers of the file: a load, every link
+/// heavier by itself, and every other that could be taken for other links.
+pub(super) fn named(
+    problem: &Problem,
+    parts: &Parts,
+    bodies: &[Body],
+    weights: &[f64],
+) -> Vec<f64> {
+    let judged = |fit: Fit| problem.judged(&fit.x, weights);
+    let heavier = bodies.iter().enumerate().filter_map(|(at, body)| {
+        let mut directions = parts.only(&[&parts.joints]).insert_column(0, 0.0);
+        let own = numbers(body);
+        (0..NUMBERS).for_each(|k| directions[(at * NUMBERS + k, 0)] = own[k]);
+        if own[0] > 0.0 { problem.fit(&directions) } else { None }
+    });
+    let others =
+        parts.each_named().filter_map(|effect| problem.fit(&parts.only(&[&parts.joints, &effect])));
+    let mut left: Vec<f64> = heavier.chain(others).map(judged).collect();
+    left.extend(loaded(problem, parts, bodies.len(), weights));
+    left
+}
+
+/// Returns what a load leaves, with the inertia that a mass at a place has: it follows from mass and moment, which are fitted anew
+/// beside it until they agree.
+fn loaded(problem: &Problem, parts: &Parts, n: usize, weights: &[f64]) -> Option<f64> {
+    let directions = parts.only(&[&parts.joints, &parts.load]);
+    let mut fit = problem.fit(&directions)?;
+    let mut left = problem.judged(&fit.x, weights);
+    for _ in 0..AGREEING {
+        let [mass, x, y, z] = std::array::from_fn(|k| fit.x[parts.load.start + k]);
+        let moment = Vector3::new(x, y, z);
+        if mass <= 0.0 || moment.norm() > FAR_OUT * mass {
+            break;
+        }
+        let about = Matrix3::identity() * moment.norm_squared() - moment * moment.transpose();
+        let mut changes = vec![[0.0; NUMBERS]; n];
+        let [.., xx, xy, xz, yy, yz, zz] = &mut changes[n - 1];
+        let pairs =
+            [(xx, (0, 0)), (xy, (0, 1)), (xz, (0, 2)), (yy, (1, 1)), (yz, (1, 2)), (zz, (2, 2))];
+        for (number, at) in pairs {
+            *number = about[at] / mass;
+        }
+        let beside = problem.beside(&changes);
+        fit = beside.fit(&directions)?;
+        left = beside.judged(&fit.x, weights);
+    }
+    Some(left)
+}
