@@ -67,7 +67,10 @@ impl Question<'_> {
             .filter(|freed| other.size(&freed.held) <= other.size(&best.held));
         let are_fitted = freed.is_some();
         match freed {
-            Some(freed) => search.best = freed,
+            Some(freed) => {
+                search.best = freed;
+                other.replace_stand_ins(&mut search);
+            }
             None => other.bench.anchored = kept,
         }
         let off: Vec<RanOff> = names.iter().filter_map(|name| ran_off(nominal, name)).collect();

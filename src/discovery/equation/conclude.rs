@@ -27,10 +27,14 @@ impl Question<'_> {
     }
 
     /// What a search ends with: as simple as it can be, everything free fitted once more, and nothing in it
-    /// that means nothing.
+    /// that means nothing or only stands in for free parameters.
     pub(super) fn concluded(&self, nominal: &Hypothesis, best: Hypothesis) -> Hypothesis {
         let best = self.upheld(nominal, self.simplified(nominal, best));
-        self.sound(nominal, self.refitted(best))
+        let mut best = self.sound(nominal, self.refitted(best));
+        while let Some((plain, _)) = self.without_stand_in(nominal, &best) {
+            best = plain;
+        }
+        best
     }
 
     /// Everything free fitted once more: what joined one by one was fitted beside what was there then, with the

@@ -113,7 +113,8 @@ pub(super) fn says_nothing(kind: &str, patch: &Patch) -> bool {
         let at_low = if low > 0.0 { p.value < 1.05 * low } else { p.value - low < room };
         at_low || high - p.value < room
     });
-    // What the data leave to something else free (an infinite deviation) is judged by what it changes.
+    // What the data leave to something else free (an infinite deviation) is judged by what it changes, and by whether
+    // what is free does as well alone (`stand_in`).
     let mut known = params
         .iter()
         .filter_map(|p| Some(((p.value - p.neutral.unwrap_or(0.0)).abs(), p.std?)))

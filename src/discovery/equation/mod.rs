@@ -22,6 +22,7 @@ pub mod candidates;
 pub mod score;
 pub mod hypothesis;
 mod meaning;
+mod stand_in;
 mod ground;
 mod stretches;
 mod anchor;

@@ -81,6 +81,17 @@ impl Question<'_> {
                 }
                 break;
             };
+            if let Some((plain, at)) = self.without_stand_in(&nominal, &next) {
+                let stand_in = &next.effects[at].candidate;
+                self.refused.push((stand_in.kind, stand_in.at.clone()));
+                best = plain;
+                if best.effects.is_empty() {
+                    nominal = best.clone();
+                    self.measure(&nominal);
+                }
+                self.settle(&mut nominal, &mut best)?;
+                continue;
+            }
             rounds.push(round);
             self.settle(&mut nominal, &mut next)?;
             next = self.pruned(&nominal, next);
