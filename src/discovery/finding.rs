@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::vocabulary;
 
@@ -87,6 +87,24 @@ pub enum Value {
     Vector(Vec<f64>),
 }
 
+impl Value {
+    /// Whether all of it is finite.
+    fn is_finite(&self) -> bool {
+        match self {
+            Self::Number(value) => value.is_finite(),
+            Self::Vector(values) => values.iter().all(|value| value.is_finite()),
+        }
+    }
+}
+
+/// Writes the parameters that the data determine.
+fn determined<S: Serializer>(
+    all: &BTreeMap<String, Parameter>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(all.iter().filter(|(_, parameter)| parameter.std.is_finite()))
+}
+
 /// A fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
@@ -128,7 +146,8 @@ pub struct Effect {
     pub name: String,
     /// Where it sits.
     pub at: String,
-    /// Its parameters.
+    /// Its parameters; JSON leaves out what the data leave to others, of which no deviation can be told.
+    #[serde(serialize_with = "determined")]
     pub parameters: BTreeMap<String, Parameter>,
     /// How sure.
     pub evidence: Evidence,
@@ -389,6 +408,19 @@ mod tests {
             grouped("payload", &[number("mass", 0.5), number("com_x", 1.0), number("com_z", 3.0)]);
         assert_eq!(grouped["com"].value, Value::Vector(vec![1.0, 0.0, 3.0]));
         assert_eq!(grouped["mass"].value, Value::Number(0.5));
+    }
+
+    #[test]
+    fn json_has_no_number_that_the_data_leave_to_others() {
+        let number = |name: &str, std| (name.to_owned(), 1.5, std, String::new());
+        let parameters = grouped("x", &[number("level", f64::INFINITY), number("share", 0.1)]);
+        let at = "h".to_owned();
+        let effect =
+            Effect::new(("overflow", at), parameters, (Evidence::default(), 1.0), String::new());
+        let text = serde_json::to_string(&effect).unwrap();
+        assert!(text.contains("\"share\"") && !text.contains("\"level\""), "{text}");
+        let read: Effect = serde_json::from_str(&text).unwrap();
+        assert_eq!(read.parameters["share"], effect.parameters["share"]);
     }
 
     #[test]
