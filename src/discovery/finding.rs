@@ -151,7 +151,8 @@ pub struct Effect {
     pub parameters: BTreeMap<String, Parameter>,
     /// How sure.
     pub evidence: Evidence,
-    /// The share of draws of stretches of the data in which it is named, 0 to 1 ([`super::resample`]).
+    /// The share of draws of stretches of the data in which it is named, 0 to 1 ([`super::resample`]); 0 of what has neither name nor
+    /// formula.
     #[serde(default)]
     pub stability: f64,
     /// The part of the gap on data held out that it takes away beside all others, 0 to 1.

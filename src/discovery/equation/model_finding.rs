@@ -167,8 +167,10 @@ impl Report<'_> {
 
     /// The words of a formula as one effect.
     fn unnamed(&self, shown: &Hypothesis) -> Vec<Effect> {
-        let gain = self.question.gain(&self.search.nominal, shown, 1);
-        let stability = self.question.steadied(&self.search.nominal, shown, &mut []);
+        let Some(first) = shown.effects.first() else { return Vec::new() };
+        let (question, nominal) = (self.question, &self.search.nominal);
+        let gain = question.gain(nominal, shown, 1);
+        let stability = question.steadied(nominal, (shown, &first.candidate), &mut []);
         let mut words = shown.effects.iter().map(|chosen| effect(shown, chosen, gain, stability));
         let Some(mut whole) = words.next() else { return Vec::new() };
         for (i, word) in words.enumerate() {

@@ -59,18 +59,20 @@ const NEARLY: f64 = 0.5;
 const MOST_RIVALS: usize = 6;
 
 impl Rival {
+    /// Whether it is a more general form of the one chosen, `of`, or needs more parameters to say no more.
+    pub(super) fn only_adds(&self, of: &Candidate) -> bool {
+        let is_general = of.at == self.candidate.at && of.within.contains(&self.candidate.kind);
+        is_general || self.more > 0 && self.delta_bic > 0.0
+    }
+
     /// Whether the data cannot tell it from the one chosen, `of`.
     pub fn ties(&self, of: &Candidate) -> bool {
-        // A general form that comes out as its special case is no other explanation.
-        let nested = of.at == self.candidate.at
-            && (of.within.contains(&self.candidate.kind)
-                || self.candidate.within.contains(&of.kind));
-        // What needs more parameters to say no more is none either.
-        let idle = self.more > 0 && self.delta_bic > 0.0;
+        // A general form that comes out as its special case is no other explanation, nor is that case.
+        let is_special = of.at == self.candidate.at && self.candidate.within.contains(&of.kind);
         // Of few independent rows a larger gap says little.
         let held_is_near = self.held_worse < WORSE || self.delta_held < TIE;
         let is_near = self.delta_bic < TIE && held_is_near;
-        !nested && !idle && (is_near || self.differs_at_rest)
+        !is_special && !self.only_adds(of) && (is_near || self.differs_at_rest)
     }
 
     /// Whether it belongs in the place of the one chosen: it explains more, or as much with fewer parameters.
@@ -106,7 +108,8 @@ impl Question<'_> {
             self.rebuilt(nominal, &fewer, best, 30)
         };
         let Some(without) = without else {
-            return Judged { gain: Gain::NONE, rivals: Vec::new(), stability: 0.0 };
+            // What the model does not run without, no draw does without.
+            return Judged { gain: Gain::NONE, rivals: Vec::new(), stability: 1.0 };
         };
         let gain = self.gain(&without, best, 1);
         let at_rest = self.at_rest(best, &own);
@@ -148,7 +151,7 @@ impl Question<'_> {
             .collect();
         let mut rivals: Vec<Rival> = rivals.into_iter().flatten().collect();
         rivals.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
-        let stability = self.steadied(&without, best, &mut rivals);
+        let stability = self.steadied(&without, (best, &own.candidate), &mut rivals);
         Judged { gain, rivals, stability }
     }
 }

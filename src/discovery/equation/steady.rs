@@ -1,5 +1,6 @@
 //! How sure what was chosen is: whether other stretches of the recordings choose it as well, and what each name takes away.
 
+use super::candidates::Candidate;
 use super::estimate::rows_that;
 use super::hypothesis::{Hypothesis, Question};
 use super::rivals::Rival;
@@ -35,18 +36,21 @@ impl Drawn {
 }
 
 impl Question<'_> {
-    /// Returns the share of draws in which `best` pays beside the hypothesis without one of its effects and explains more
-    /// than every rival of that effect; the rivals are told the shares in which they do.
+    /// Returns the share of draws in which `best` pays beside the hypothesis without one of its effects, `own`, and explains
+    /// more than every rival of that effect; the rivals are told the shares in which they do. A more general form of the
+    /// effect, and what needs more parameters to say no more, explains a hair more in any draw and is no rival here.
     pub(super) fn steadied(
         &self,
         without: &Hypothesis,
-        best: &Hypothesis,
+        (best, own): (&Hypothesis, &Candidate),
         rivals: &mut [Rival],
     ) -> f64 {
         let mut poor = Drawn::of(without);
-        let all = std::iter::once(best).chain(rivals.iter().map(|rival| &rival.hypothesis));
+        let others: Vec<usize> =
+            (0..rivals.len()).filter(|at| !rivals[*at].only_adds(own)).collect();
+        let all = std::iter::once(best).chain(others.iter().map(|at| &rivals[*at].hypothesis));
         let mut all: Vec<Drawn> = all.map(Drawn::of).collect();
-        let mut wins = vec![0.0; all.len()];
+        let mut wins = vec![0_usize; all.len()];
         for draw in resample::draws() {
             let poor = poor.draw(&draw);
             let gains =
@@ -54,11 +58,14 @@ impl Question<'_> {
             let most =
                 gains.enumerate().max_by(|(_, a), (_, b)| a.evidence().total_cmp(&b.evidence()));
             if let Some((winner, _)) = most.filter(|(_, gain)| gain.pays()) {
-                wins[winner] += 1.0 / resample::DRAWS as f64;
+                wins[winner] += 1;
             }
         }
-        rivals.iter_mut().zip(&wins[1..]).for_each(|(rival, wins)| rival.stability = *wins);
-        wins[0]
+        let share = |wins: usize| wins as f64 / resample::DRAWS as f64;
+        for (at, wins) in others.iter().zip(&wins[1..]) {
+            rivals[*at].stability = share(*wins);
+        }
+        share(wins[0])
     }
 
     /// Returns what is left after each effect of what was found, in the order in which they were found.

@@ -102,6 +102,9 @@ fn two_effects_at_once_are_both_named() {
     assert_eq!(outcome.finding.effects.len(), 2, "{:#?}", outcome.finding);
     assert!((value(&outcome, "dry_friction", "v", "coefficient") / 0.3 - 1.0).abs() < 0.1);
     assert!((value(&outcome, "cubic_stiffness", "q", "coefficient") / 0.2 - 1.0).abs() < 0.1);
+    // More general forms explain a hair more in every draw, and take none of them.
+    let shares: Vec<f64> = outcome.finding.effects.iter().map(|e| e.stability).collect();
+    assert!(shares.iter().all(|share| (0.5..=1.0).contains(share)), "{shares:?}");
 }
 
 #[test]
