@@ -88,7 +88,7 @@ fn weighed(finding: &Finding, traces: &[Trace]) -> String {
         "standard deviations of the signal"
     };
     let mut text = format!(
-        "<details><summary>All channels in numbers</summary><div class=\"scroll\"><table><caption>What is left, root mean square</caption><thead><tr><th scope=\"col\">\
+        "<details><summary>All channels in numbers</summary><div class=\"scroll\"><table><caption>What is left, root mean square; of the data held out, as above, on rows that decided nothing where some were set aside</caption><thead><tr><th scope=\"col\">\
          <th scope=\"col\" class=\"number\">fitted, before<th scope=\"col\" class=\"number\">after\
          <th scope=\"col\" class=\"number\">held out, before<th scope=\"col\" class=\"number\">after</tr></thead>\n<tbody>\
          <tr><th scope=\"row\">all channels, {unit}{}",
@@ -98,20 +98,21 @@ fn weighed(finding: &Finding, traces: &[Trace]) -> String {
     );
     for place in &finding.places {
         let own = || traces.iter().filter(|trace| trace.channel == place.channel);
-        let rms = |is_held: bool, values: fn(&Trace) -> &[f64]| {
+        let fitted = |values: fn(&Trace) -> &[f64]| {
             let rows = own().flat_map(|trace| values(trace).iter().zip(&trace.held_out));
-            let rows = rows.filter(|(value, held)| **held == is_held && value.abs() > 0.0);
+            let rows = rows.filter(|(value, held)| !**held && value.abs() > 0.0);
             let (sum, n) = rows.fold((0.0, 0_usize), |(sum, n), (v, _)| (sum + v * v, n + 1));
-            if n == 0 {
-                "–".to_owned()
-            } else {
-                gap::quantity((sum / n as f64).sqrt(), &place.unit)
-            }
+            (n > 0).then(|| (sum / n as f64).sqrt())
         };
-        let cells =
-            [(false, before as fn(&Trace) -> &[f64]), (false, left), (true, before), (true, left)];
+        // Of what was held out the same rows as everywhere else on the page.
+        let told = place.heldout.map(|told| [told.before, told.after]);
+        let [was, is] = told.map_or([None; 2], |told| told.map(Some));
         if own().next().is_some() {
-            let cells = cells.map(|(held, of)| format!("<td class=\"number\">{}", rms(held, of)));
+            let cells = [fitted(before), fitted(left), was, is].map(|value| {
+                let text =
+                    value.map_or("–".to_owned(), |value| gap::quantity(value, &place.unit));
+                format!("<td class=\"number\">{text}")
+            });
             let _ = write!(
                 text,
                 "\n<tr><th scope=\"row\">{}{}",
@@ -337,7 +338,7 @@ fn scatter(trace: &Trace, against: &Against) -> Option<String> {
 mod tests {
     use super::*;
     use crate::discovery::Row;
-    use crate::discovery::finding::{Evidence, Gap, ModelChange, Split};
+    use crate::discovery::finding::{Evidence, Gap, Left, ModelChange, Split};
 
     #[test]
     fn the_page_shows_why_with_axes_and_needs_nothing_from_outside() {
@@ -349,7 +350,7 @@ mod tests {
             unit: "N*m".into(),
             share: 1.0,
             concentrated_in: "q_1".into(),
-            heldout: None,
+            heldout: Some(Left { before: 1.23, after: 0.45 }),
         };
         let finding = Finding {
             identified: Vec::new(),
@@ -413,6 +414,11 @@ mod tests {
             assert!(page.contains(axis), "{axis} in {page}");
         }
         assert!(page.contains("<h3 class=\"effect\">coulomb_friction at joint_1</h3>"), "{page}");
+        let (was, is) = (gap::quantity(1.23, "N*m"), gap::quantity(0.45, "N*m"));
+        let cells = format!("<td class=\"number\">{was}<td class=\"number\">{is}");
+        for told in [format!("from {was} to {is}"), cells] {
+            assert!(page.contains(&told), "{told} in {page}");
+        }
         assert_eq!(page.matches("fill=\"var(--held)\"").count(), 1, "one stretch was held out");
     }
 }
