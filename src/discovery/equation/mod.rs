@@ -41,6 +41,8 @@ mod shown;
 mod wording;
 mod model_finding;
 mod investigate;
+#[cfg(test)]
+mod made;
 
 pub use edit::model_in;
 pub use error::Error;

@@ -108,11 +108,9 @@ fn between(from: f64, to: f64, part: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::candidates::Candidate;
-    use super::super::columns::Data;
     use super::super::edit::{NewParam, Patch, apply, model_in};
     use super::super::estimate::Point;
-    use super::super::fitting::Bench;
-    use super::super::simulate::{Hold, Scheme};
+    use super::super::made::bench;
     use super::*;
 
     /// The mass of what follows `x' = u/mass - x`.
@@ -124,41 +122,10 @@ mod tests {
         )
     }
 
-    fn bench() -> Bench {
-        let n = 60;
-        let data = Data {
-            name: String::new(),
-            time: (0..n).map(|i| f64::from(i) * 0.1).collect(),
-            inputs: vec![(0..n).map(|i| (0.3 * f64::from(i)).sin()).collect()],
-            outputs: vec![vec![0.0; 60]],
-            noise: vec![1e-3],
-            begins: true,
-        };
-        let mut bench = Bench {
-            train: vec![data.clone()],
-            held: vec![data],
-            rows: None,
-            most_rows: 5000,
-            scheme: Scheme { hold: Hold::Line, substeps: 1, shift: 0.0 },
-            all_starts_free: false,
-            scales: vec![1.0],
-            row: 0.1,
-            anchored: Vec::new(),
-            work: std::sync::Arc::default(),
-        };
-        let truth = bench.prepare(&model(&format!("{MASS}")), "m").unwrap();
-        let point = Point { params: Vec::new(), starts: vec![vec![None]] };
-        let values = bench.task(&truth).run(&point).unwrap();
-        let noisy = values.iter().enumerate().map(|(i, v)| v + 1e-3 * (37.0 * i as f64).sin());
-        let seen: Vec<f64> = noisy.collect();
-        bench.train[0].outputs[0].clone_from(&seen);
-        bench.held[0].outputs[0] = seen;
-        bench
-    }
-
     #[test]
     fn a_gain_beside_a_mass_that_is_free_only_stands_in_for_it() {
-        let (bench, text) = (bench(), model("free ~ 0.25 in 0.001 to 100"));
+        let bench = bench(&model(&format!("{MASS}")));
+        let text = model("free ~ 0.25 in 0.001 to 100");
         let gain = NewParam {
             role: "gain",
             name: "u_gain".into(),

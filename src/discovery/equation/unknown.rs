@@ -96,7 +96,7 @@ impl Question<'_> {
             let better = again.filter(|again| self.size(&again.held) < self.size(&formula.held));
             formula = better.unwrap_or(formula);
         }
-        Some(formula)
+        Some(self.shortened(nominal, formula))
     }
 
     /// The best formula on top of a hypothesis, each word an effect called `unknown`; `None` when no word
@@ -122,7 +122,7 @@ impl Question<'_> {
             }
             let Some(at) = first.effects.last().map(|e| e.candidate.at.clone()) else { continue };
             let Some(place) = places.iter().find(|p| p.name == at) else { continue };
-            let grown = self.grown(first, place);
+            let grown = self.grown(base, first, place);
             let better = best.as_ref().is_none_or(|b| self.size(&grown.held) < self.size(&b.held));
             if better {
                 best = Some(grown);
@@ -155,8 +155,8 @@ impl Question<'_> {
         ratio - effective.max(2.0).ln() - 2.0 * n_tried.ln() > LEAST_EVIDENCE
     }
 
-    /// Adds words at a place while they pay.
-    fn grown(&self, mut formula: Hypothesis, place: &Place) -> Hypothesis {
+    /// Adds words at a place while they pay; what a new word makes needless goes.
+    fn grown(&self, base: &Hypothesis, mut formula: Hypothesis, place: &Place) -> Hypothesis {
         for _ in 1..MOST_WORDS {
             let Some(model) = model_in(&formula.fitted.text, self.name) else { break };
             let ground = self.ground(&formula.fitted, &model);
@@ -166,11 +166,18 @@ impl Question<'_> {
             let n_tried = features(&ground).len();
             let tried = self.fitted_words(&formula, &next, std::slice::from_ref(place), n_tried);
             match tried.into_iter().find(|(_, gain)| gain.pays()) {
-                Some((longer, _)) => formula = longer,
+                Some((longer, _)) => formula = self.shortened(base, longer),
                 None => break,
             }
         }
         formula
+    }
+
+    /// The formula without words that say nothing beside the others, where the others explain as much.
+    fn shortened(&self, base: &Hypothesis, formula: Hypothesis) -> Hypothesis {
+        let fewer = self.sound(base, formula.clone());
+        let is_as_good = !fewer.effects.is_empty() && !self.is_richer(&fewer, &formula);
+        if is_as_good { fewer } else { formula }
     }
 
     /// All words at a place, with the squares that would be left, least first.
@@ -324,4 +331,47 @@ fn places(ground: &Ground) -> Vec<Place> {
         dimension: output.dimension,
     });
     rates.chain(outputs).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::estimate::Point;
+    use super::super::fitting::Fitted;
+    use super::super::hypothesis::with_values;
+    use super::super::made::bench;
+    use super::*;
+
+    fn model(more: &str) -> String {
+        format!("model m {{\n input u\n state x = 0\n x' = u - x{more}\n output x = x\n}}\n")
+    }
+
+    fn word(name: &str, text: &str) -> Chosen {
+        let place = Place { name: "x".into(), is_state: true, dimension: None };
+        let term = format!("+ {name}*{text}");
+        let equation = format!("x' += {name}*{text}");
+        let patch = Patch { params: vec![amount(name.into(), None)], ..placed(&place, term) };
+        let (at, patches) = ("x".into(), Vec::new());
+        Chosen { candidate: Candidate { kind: UNKNOWN, at, patches, equation, within: &[] }, patch }
+    }
+
+    #[test]
+    fn a_word_that_says_nothing_beside_the_others_is_left_out() {
+        let (bench, text) = (bench(&model(" - 0.5*x*x")), model(""));
+        let compiled = bench.prepare(&text, "m").unwrap();
+        let point = Point { params: Vec::new(), starts: vec![vec![None]] };
+        let train = bench.task(&compiled).judge(&point).unwrap();
+        let plain = Fitted { text: text.clone(), compiled, train };
+        let given = model_in(&text, "m").unwrap();
+        let (floors, refused, whole) = (vec![0.0], Vec::new(), [1.0; 2]);
+        let question = Question { bench, name: "m", given, floors, refused, whole };
+        let base = question.judged(Vec::new(), plain, None).unwrap();
+        // The input never exceeds 1.
+        let words = [word("a", "max(u - 2, 0)"), word("b", "x*x")];
+        let both = question.rebuilt(&base, &words, &base, 40).unwrap();
+        let formula = question.shortened(&base, both);
+        assert_eq!(formula.effects.len(), 1);
+        let kept = with_values(&formula.effects[0].patch, &formula.fitted, false);
+        assert_eq!(kept.params[0].name, "b");
+        assert!((kept.params[0].value + 0.5).abs() < 0.05, "{:?}", kept.params);
+    }
 }
