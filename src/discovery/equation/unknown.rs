@@ -17,9 +17,10 @@ use super::candidates::{Candidate, Ground};
 use super::edit::{NewParam, Patch, apply, fresh, model_in};
 use super::estimate::Estimate;
 use super::features::{Feature, features};
-use super::hypothesis::{Chosen, Hypothesis, LEAST_EVIDENCE, Question};
+use super::hypothesis::{Chosen, Hypothesis, LEAST_EVIDENCE, Question, with_values};
 use super::linear::Regression;
 use super::search::{Search, Tried};
+use super::wording;
 use crate::units::Dimension;
 
 /// The name of an effect without one.
@@ -32,6 +33,9 @@ const SHORTLIST: usize = 4;
 const BREADTH: usize = 6;
 /// Words whose derivatives are taken in one go.
 const CHUNK: usize = 16;
+/// Two words of one form are one when their shapes lie within this part of their range of each other: two brims a
+/// thousandth of the way apart are one.
+const ALIKE: f64 = 0.01;
 /// A formula must explain this part of what could be explained on the data held out.
 pub const LEAST_PREDICTED: f64 = 0.5;
 
@@ -165,7 +169,7 @@ impl Question<'_> {
                 words.into_iter().take(SHORTLIST).map(|(left, word)| (left, 0, word)).collect();
             let n_tried = features(&ground).len();
             let tried = self.fitted_words(&formula, &next, std::slice::from_ref(place), n_tried);
-            match tried.into_iter().find(|(_, gain)| gain.pays()) {
+            match tried.into_iter().find(|(longer, gain)| gain.pays() && !repeats(longer)) {
                 Some((longer, _)) => formula = self.shortened(base, longer),
                 None => break,
             }
@@ -291,6 +295,35 @@ impl Question<'_> {
     }
 }
 
+/// Whether the last word of a formula is one of the others again.
+fn repeats(formula: &Hypothesis) -> bool {
+    let Some((last, before)) = formula.effects.split_last() else { return false };
+    let fitted = |word: &Chosen| Chosen {
+        patch: with_values(&word.patch, &formula.fitted, false),
+        ..word.clone()
+    };
+    let last = fitted(last);
+    before.iter().any(|word| is_same(&fitted(word), &last))
+}
+
+/// Whether two words are of one form at one place, with shapes that lie within [`ALIKE`] of their range of each other.
+fn is_same(one: &Chosen, other: &Chosen) -> bool {
+    let form = |word: &Chosen| {
+        let params = word.patch.params.iter();
+        params.fold(word.candidate.equation.clone(), |text, param| {
+            wording::replace_word(&text, &param.name, param.role)
+        })
+    };
+    let is_near = |(a, b): (&NewParam, &NewParam)| {
+        a.range.is_none_or(|[low, high]| {
+            // What is never 0, such as how often a wave comes round, may range over many sizes.
+            let span = if low > 0.0 { (high - low).min(a.value.abs()) } else { high - low };
+            (a.value - b.value).abs() <= ALIKE * span
+        })
+    };
+    form(one) == form(other) && one.patch.shapes().zip(other.patch.shapes()).all(is_near)
+}
+
 /// How much of a word there is; none to begin with.
 fn amount(name: String, dimension: Option<Dimension>) -> NewParam {
     NewParam {
@@ -337,7 +370,6 @@ fn places(ground: &Ground) -> Vec<Place> {
 mod tests {
     use super::super::estimate::Point;
     use super::super::fitting::Fitted;
-    use super::super::hypothesis::with_values;
     use super::super::made::bench;
     use super::*;
 
@@ -373,5 +405,25 @@ mod tests {
         let kept = with_values(&formula.effects[0].patch, &formula.fitted, false);
         assert_eq!(kept.params[0].name, "b");
         assert!((kept.params[0].value + 0.5).abs() < 0.05, "{:?}", kept.params);
+    }
+
+    /// A brim at 0.9 was told as two, at 0.90007 and 0.89986.
+    #[test]
+    fn a_word_that_begins_where_another_does_is_that_one() {
+        let brim = |name: &str, at: f64| {
+            let shape = format!("{name}_shape");
+            let mut word = word(name, &format!("max(x - {shape}, 0)"));
+            let (range, value) = (Some([0.2, 1.0]), at);
+            let level = amount(shape, None);
+            let level = NewParam { role: "shape", range, neutral: None, value, ..level };
+            word.patch.params.push(level);
+            word
+        };
+        let first = brim("a", 0.90007);
+        assert!(is_same(&first, &brim("b", 0.89986)));
+        assert!(!is_same(&first, &brim("b", 0.7)));
+        assert!(
+            !is_same(&first, &word("b", "x*x")) && !is_same(&word("a", "x"), &word("b", "x*x"))
+        );
     }
 }
