@@ -11,8 +11,9 @@ use super::search::Search;
 
 /// Parts of the way to none of an effect; the rest is fitted anew at the end of each.
 const PARTS: u32 = 16;
-/// A first step of this part of the way shows how the rest goes with the effect.
-const FIRST: f64 = 0.01;
+/// A first step of this part of the way shows how the rest goes with the effect; steps double up to a whole part. What
+/// swings over its top for long goes elsewhere with a thousandth more of a torque.
+const FIRST: f64 = 1e-3;
 /// Most iterations of each of these fits.
 const ITERATIONS: usize = 10;
 
@@ -72,10 +73,12 @@ impl Question<'_> {
             return None;
         }
         let begin = &from.train.point.params;
-        let (mut here, mut part) = (from.clone(), 0.0);
-        let mut slopes = vec![0.0; begin.len()];
-        let parts = (1..=PARTS).map(|k| f64::from(k) / f64::from(PARTS));
-        for next in std::iter::once(FIRST).chain(parts) {
+        let (mut here, mut part) = (from.clone(), 0.0_f64);
+        let mut slopes: Vec<f64> = vec![0.0; begin.len()];
+        let whole = (1..=PARTS).map(|k| f64::from(k) / f64::from(PARTS));
+        let small = std::iter::successors(Some(FIRST), |part| Some(2.0 * part));
+        let small = small.take_while(|part| *part < 1.0 / f64::from(PARTS));
+        for next in small.chain(whole) {
             let mut ahead = here.clone();
             for (i, value) in ahead.train.point.params.iter_mut().enumerate() {
                 let led = *value + slopes[i] * (next - part);
