@@ -11,6 +11,7 @@
 
 pub mod coverage;
 mod fisheye;
+mod gross;
 pub mod lens;
 pub mod strays;
 mod zhang;

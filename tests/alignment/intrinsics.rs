@@ -4,6 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use trueup::alignment::Error;
+use trueup::alignment::intrinsics::strays::without;
 use trueup::alignment::intrinsics::{
     Calibration, Distortion, ExtrinsicsPrior, Options, View, calibrate,
 };
@@ -224,6 +225,34 @@ fn zhang_s_five_views_give_his_published_camera() {
     assert!(
         (fit.intrinsics.fx / 867.3083 - 1.0).abs() < 1e-5 && (fit.rms_px - 1.11587).abs() < 1e-4
     );
+}
+
+/// One corner of 192 read elsewhere in the picture: the views were said to be too alike, or the points on a line.
+#[test]
+fn a_corner_at_the_other_end_of_the_picture_is_left_out() {
+    let fit =
+        |views: &[View]| calibrate(views, &Options::default()).map(|calibration| (calibration, ()));
+    let ends = [(10.0, 10.0), (1270.0, 15.0), (20.0, 700.0), (1250.0, 690.0), (640.0, -900.0)];
+    for (i, (u, v)) in ends.into_iter().enumerate() {
+        let mut wrong = views(0.2, false, 5);
+        let point = 11 * i;
+        wrong[i % 4].points[point].1 = Pixel::new(u, v);
+        let found = without(&wrong, fit).unwrap();
+        let out: Vec<_> = found.strays.iter().map(|stray| (stray.view, stray.point)).collect();
+        assert_eq!(out, [(i % 4, point)]);
+        let calibration = found.fit.0;
+        let off = (calibration.intrinsics.fx - planted().fx).abs();
+        assert!(off < 4.0 * calibration.std[0] && calibration.rms_px < 0.4, "{i}: {off} px");
+    }
+    // One in each view, too.
+    let mut wrong = views(0.2, false, 6);
+    for (i, view) in wrong.iter_mut().enumerate() {
+        view.points[7 * i + 3].1 = Pixel::new(1200.0 - 350.0 * i as f64, 20.0);
+    }
+    let found = without(&wrong, fit).unwrap();
+    let out: Vec<_> = found.strays.iter().map(|stray| (stray.view, stray.point)).collect();
+    assert_eq!(out, [(0, 3), (1, 10), (2, 17), (3, 24)]);
+    assert!(found.fit.0.rms_px < 0.4, "{}", found.fit.0.rms_px);
 }
 
 #[test]

@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
+use super::gross::pairs;
 use super::{Calibration, Error, Options, View, fisheye, polish, pose_from_homography};
 use crate::alignment::TooAlike;
-use crate::alignment::image_map::{self, Model, NoiseIn, Pair};
+use crate::alignment::image_map::{self, Model, NoiseIn};
 use crate::world::{Intrinsics, LensModel, Pixel, Pose, frame};
 
 /// Calibrates from views of a planar target at z = 0 whose poses are unknown.
@@ -32,15 +33,7 @@ pub(super) fn planar(views: &[View], options: &Options) -> Result<Calibration, E
     }
     let mut homographies = Vec::new();
     for view in views {
-        let pairs: Vec<Pair> = view
-            .points
-            .iter()
-            .map(|(point, pixel)| {
-                let p = point.coords();
-                Pair { real: *pixel, twin: Pixel::new(p.x, p.y) }
-            })
-            .collect();
-        homographies.push(image_map::fit_map(&pairs, Model::Projective, &map)?.m);
+        homographies.push(image_map::fit_map(&pairs(view), Model::Projective, &map)?.m);
     }
     let k = if single {
         one_view(&homographies[0], options)?
