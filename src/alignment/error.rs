@@ -191,3 +191,41 @@ pub enum Error {
     #[error(transparent)]
     Fit(#[from] fit::Error),
 }
+
+impl Error {
+    /// Returns what would help.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::TooFew { .. } | Self::Fit(fit::Error::TooFew { .. }) => {
+                "add rows to the table; a form with fewer terms needs fewer"
+            }
+            Self::NotFinite { .. } | Self::Fit(_) => "correct that row, or leave it out",
+            Self::Coincident { .. }
+            | Self::Collinear { .. }
+            | Self::Degenerate { .. }
+            | Self::NoLeverage { .. } => {
+                "spread the points over the whole picture or table, and repeat a few"
+            }
+            Self::Crossed { .. } | Self::NoConsensus { .. } => {
+                "is each row one point, seen on both sides? are columns exchanged, or rows of one side in another order?"
+            }
+            Self::OriginAtInfinity => {
+                "take the picture's centre off both columns of the twin's pixels"
+            }
+            Self::Singular => "is a column the same in all rows, or twice in the table?",
+            Self::Views { why: TooAlike::Skew, .. } => "add views, or fit no skew",
+            Self::Views { .. } => {
+                "hold the plane tilted by 30 to 45 deg to the left, to the right, up and down, and in all parts of the picture"
+            }
+            Self::BehindCamera { .. } => {
+                "`world_from_camera` takes the camera's points to the world, its z forward; where the inverse is stored, invert it"
+            }
+            Self::OffPlane { .. } => {
+                "say where each view was seen from, or count x and y in the target's plane with z = 0"
+            }
+            Self::ImageSize => "say `--image 1280x720`, or add a view",
+            Self::Length { .. } => "give one for each, or none at all",
+            Self::NoSuchModel { .. } => "take the form that it names",
+        }
+    }
+}

@@ -181,5 +181,5 @@ fn table(error: &files::Error, file: &Path) -> Failure {
 fn degenerate(error: &crate::alignment::Error, file: &Path) -> Failure {
     Failure::input("align::degenerate", error.to_string())
         .at(file.display().to_string())
-        .help("spread the points over the whole picture or table, and repeat a few")
+        .help(error.help())
 }

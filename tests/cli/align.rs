@@ -111,3 +111,29 @@ fn intrinsics_are_told_number_by_number_with_their_deviations() {
     assert!((left["fx_px"].as_f64().unwrap() - fx).abs() < 1.0, "{left}");
     assert!(said.out.contains("view 3") && !said.out.contains("covariance"), "{}", said.out);
 }
+
+/// All were told to spread their points.
+#[test]
+fn what_helps_is_that_of_the_cause() {
+    let scratch = Scratch::new("align-help");
+    let mut solid = "x[m],y[m],z[m],u[px],v[px],view\n".to_owned();
+    let mut flat = solid.clone();
+    let mut line = "u_x[px],u_y[px],v_x[px],v_y[px]\n".to_owned();
+    for i in 0..12_u32 {
+        let (x, y) = (f64::from(i % 4), f64::from(i / 4));
+        let (u, v) = (600.0 + 50.0 * x + 3.0 * y, 300.0 + 48.0 * y - 2.0 * x);
+        let _ = writeln!(solid, "{},{},{},{u},{v},a", 0.1 * x, 0.1 * y, 0.02 * noise(i));
+        let _ = writeln!(flat, "{},{},0,{u},{v},a", 0.1 * x, 0.1 * y);
+        let _ = writeln!(line, "{u},{u},{},{}", x + 4.0 * y, x + 4.0 * y);
+    }
+    for (file, table, what, help) in [
+        ("solid.csv", solid, "intrinsics", "say where each view was seen from"),
+        ("flat.csv", flat, "intrinsics", "`--image 1280x720`"),
+        ("line.csv", line, "map", "spread the points"),
+    ] {
+        scratch.file(file, table);
+        let said = scratch.trueup(&["align", what, file]);
+        assert_eq!(said.code, 2, "{said:?}");
+        assert!(said.err.contains("help: ") && said.err.contains(help), "{file}: {}", said.err);
+    }
+}
