@@ -140,6 +140,8 @@ pub struct OffsetFit {
     pub leave_one_out_m: Option<f64>,
     /// The row predicted worst from the others, and by how much, m.
     pub worst: Option<(usize, f64)>,
+    /// How many rows it rests on.
+    pub kept: usize,
     /// Rows left out, in order.
     pub outliers: Vec<usize>,
     /// What the points leave free, in words; it keeps the value of "no offset".
@@ -150,6 +152,8 @@ pub struct OffsetFit {
     pub trust: Trust,
     /// The forms side by side on the same rows, simplest first.
     pub compared: Vec<Compared>,
+    /// With [`Model::Auto`], a form well ahead in evidence that so few pairs hardly test, so that it was not chosen.
+    pub untested: Option<Model>,
 }
 
 impl OffsetFit {
@@ -200,13 +204,12 @@ pub fn fit_offset(pairs: &[Pair], model: Model, options: &Options) -> Result<Off
             return Err(Error::NotFinite { what: "the pairs", row });
         }
     }
-    let (model, rows) = if model == Model::Auto {
-        choose(pairs, options)?
-    } else {
-        (model, agreeing(pairs, model, options)?)
-    };
+    let is_auto = model == Model::Auto;
+    let (model, rows) =
+        if is_auto { choose(pairs, options)? } else { (model, agreeing(pairs, model, options)?) };
     let fitted = Pairs::new(pairs, model, options.shrink).fit(&rows)?;
     let compared = compare(pairs, &rows, options);
+    let untested = if is_auto { untested(&compared, model, rows.len()) } else { None };
     let outliers = (0..pairs.len()).filter(|i| rows.binary_search(i).is_err()).collect();
     Ok(OffsetFit {
         model,
@@ -215,11 +218,13 @@ pub fn fit_offset(pairs: &[Pair], model: Model, options: &Options) -> Result<Off
         noise_m: fitted.noise,
         leave_one_out_m: fitted.leave_one_out,
         worst: fitted.worst,
+        kept: rows.len(),
         outliers,
         unobservable: fitted.unobservable,
         covariance_at_centre: fitted.covariance_at_centre,
         trust: fitted.trust,
         compared,
+        untested,
     })
 }
 
@@ -275,6 +280,28 @@ fn compare(pairs: &[Pair], rows: &[usize], options: &Options) -> Vec<Compared> {
     compared
 }
 
+/// What a form without a pair to spare must be ahead by: of three pairs a rigid form leaves three equations to spare, their distances,
+/// but what is left of three says little. Twice the logarithm of a Bayes factor above 10 is very strong (Kass and Raftery, "Bayes
+/// factors", JASA 1995, §3.2).
+const VERY_STRONG: f64 = 5.0;
+/// And what it is told from, where it is not chosen: strong (above 6 there).
+const STRONG: f64 = 3.0;
+
+/// Returns by how much a form must be ahead to be chosen for so many pairs; `None` where nothing tests it.
+fn needed_lead(model: Model, n_pairs: usize) -> Option<f64> {
+    // As many equations to spare as a pair has.
+    let is_told = 3 * n_pairs >= model.dof() + 3;
+    is_told.then_some(if n_pairs > model.minimal() { 0.0 } else { VERY_STRONG })
+}
+
+/// The form with the most evidence of those that have no pair to spare but equations, where it is well ahead of the chosen one.
+fn untested(compared: &[Compared], chosen: Model, n_pairs: usize) -> Option<Model> {
+    let least = compared.iter().find(|c| c.model == chosen)?.evidence;
+    let hardly = |c: &&Compared| needed_lead(c.model, n_pairs).is_some_and(|lead| lead > 0.0);
+    let ahead = compared.iter().filter(hardly).filter(|c| c.evidence > least + STRONG);
+    ahead.max_by(|a, b| a.evidence.total_cmp(&b.evidence)).map(|c| c.model)
+}
+
 /// The form with the most evidence that also predicts left-out rows best, and the rows it keeps.
 fn choose(pairs: &[Pair], options: &Options) -> Result<(Model, Vec<usize>), Error> {
     // Rigid is what an arm's base or tool error is; more general forms follow outliers more easily.
@@ -288,7 +315,8 @@ fn choose(pairs: &[Pair], options: &Options) -> Result<(Model, Vec<usize>), Erro
                 (Some(c), Some(n)) => c < n,
                 (candidate, now) => candidate.is_some() || now.is_none(),
             };
-            predicts && rows.len() > candidate.model.minimal() && candidate.evidence > now.evidence
+            let lead = needed_lead(candidate.model, rows.len());
+            predicts && lead.is_some_and(|lead| candidate.evidence > now.evidence + lead)
         });
         if better {
             best = Some(candidate);

@@ -13,6 +13,13 @@ use crate::alignment::offset::{Known, OffsetFit};
 pub const MIRRORED: &str = "the points said are the real ones seen in a mirror, which no arm does: are two columns exchanged, such as \
      xs and ys, or is one of the other sign?";
 
+/// Of a form that was not chosen though it fits closer, and of how many pairs.
+pub fn untested(closer: &str, n_pairs: usize) -> String {
+    format!(
+        "{closer} fits closer, but {n_pairs} pairs hardly test it: add a pair, or ask for it with `--model {closer}`"
+    )
+}
+
 /// Words regression 1: `compared` are its forms side by side, `grid` says how far it is known over the twin's picture.
 pub fn map(
     fit: &MapFit,
@@ -132,6 +139,9 @@ pub fn offset(fit: &OffsetFit, n: usize, asked: &[Known]) -> String {
     ));
     if fit.is_mirrored() {
         let _ = writeln!(text, "beware: {MIRRORED}");
+    }
+    if let Some(closer) = fit.untested {
+        let _ = writeln!(text, "beware: {}", untested(closer.name(), fit.kept));
     }
     text
 }

@@ -10,7 +10,7 @@ use crate::alignment::image_map::{Compared, Grid, MapFit, Warning};
 use crate::alignment::intrinsics::strays::Stray;
 use crate::alignment::intrinsics::{Calibration, NAMES};
 use crate::alignment::offset::{Known, OffsetFit};
-use crate::report::aligned::MIRRORED;
+use crate::report::aligned::{self, MIRRORED};
 use crate::world::{LensModel, Pose, frame};
 
 /// The row predicted worst from all others.
@@ -50,6 +50,15 @@ impl WarningAnswer {
     /// Of an offset that no arm has.
     fn mirrored() -> Self {
         Self { code: "mirrored", message: MIRRORED.into() }
+    }
+
+    /// What to beware of an offset.
+    fn of_offset(fit: &OffsetFit) -> Vec<Self> {
+        let untested = fit.untested.map(|closer| Self {
+            code: "untested",
+            message: aligned::untested(closer.name(), fit.kept),
+        });
+        fit.is_mirrored().then(Self::mirrored).into_iter().chain(untested).collect()
     }
 }
 
@@ -410,7 +419,7 @@ impl From<&OffsetFit> for OffsetAnswer {
             worst: fit.worst.map(|(row, error)| Worst { row, error }),
             outliers: fit.outliers.clone(),
             unobservable: fit.unobservable.clone(),
-            warnings: fit.is_mirrored().then(WarningAnswer::mirrored).into_iter().collect(),
+            warnings: WarningAnswer::of_offset(fit),
             known: fit.known().iter().map(KnownAnswer::from).collect(),
             compared: fit
                 .compared
