@@ -9,7 +9,7 @@ use image::RgbImage;
 
 use super::error::Error;
 use super::link::Link;
-use super::wire::{Aim, Hello, Step, Told};
+use super::wire::{Aim, Hello, Size, Step, Told};
 use crate::alignment::decode;
 use crate::arm::ticked::{Plant, Ticked};
 use crate::arm::{Camera, DeviceError, Feedback, Film, Scales, SmallShot, Weighing};
@@ -50,9 +50,11 @@ pub fn connect(place: &str, robot: &str, joints: &[&str]) -> Result<Bridged, Err
     };
     Ok(Bridged {
         arm: Ticked::new(plant),
-        camera: hello
-            .camera
-            .map(|_| BridgeCamera { link: link.clone(), is_realtime: hello.realtime }),
+        camera: hello.camera.map(|size| BridgeCamera {
+            link: link.clone(),
+            size,
+            is_realtime: hello.realtime,
+        }),
         scales: hello.scales.then(|| BridgeScales(link)),
         hello,
     })
@@ -125,13 +127,21 @@ impl Plant for BridgePlant {
 /// The camera behind a bridge.
 pub struct BridgeCamera {
     link: SharedLink,
+    /// What its pictures are to have.
+    size: Size,
     is_realtime: bool,
 }
 
 impl Camera for BridgeCamera {
     fn photo(&mut self) -> Result<RgbImage, DeviceError> {
         let png = lock(&self.link).photo()?;
-        Ok(decoded(&png).map_err(|why| Error::Unreadable { request: "photo", why })?)
+        let image = decoded(&png).map_err(|why| Error::Unreadable { request: "photo", why })?;
+        let (sent, said) = (image.dimensions(), (self.size.width, self.size.height));
+        if sent != said {
+            let words = |(width, height): (u32, u32)| format!("{width} x {height}");
+            return Err(Error::PictureSize { sent: words(sent), said: words(said) }.into());
+        }
+        Ok(image)
     }
 
     fn film(&self, is_watched: bool) -> Option<Box<dyn Film>> {

@@ -140,6 +140,14 @@ pub enum Error {
         /// Width x height of the scene's.
         ours: String,
     },
+    /// A picture is of another size than the server said.
+    #[error("the bridge's picture has {sent} px, its `hello` says {said} px")]
+    PictureSize {
+        /// Width x height of the picture.
+        sent: String,
+        /// Width x height that `hello` said.
+        said: String,
+    },
     /// A negative volume of water.
     #[error("the scales of the bridge say {volume_m3} m3 of {which}")]
     Scales {
@@ -194,6 +202,9 @@ impl Error {
             Self::NoCamera => "name one that sees the table: `--camera-at http://HOST/PATH`",
             Self::Picture { .. } => {
                 "give the scene's camera that size, or let the server draw pictures of the scene's size"
+            }
+            Self::PictureSize { .. } => {
+                "send pictures of the size that `hello` says, which is that of the scene's camera"
             }
             Self::Scales { .. } => "let the server's scales say m3, 0 or more",
             Self::Refused { help, .. } if !help.is_empty() => help,

@@ -334,6 +334,11 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
                  side the camera sees? `--without-regression 3` does without it",
             )
         }
+        Error::Calibrate(calibrate::Error::Picture(vision::Error::WrongSize { .. })) => {
+            Failure::unavailable("camera::picture", words).help(
+                "let the camera take pictures of that size, or give the scene's `camera` the size that it takes",
+            )
+        }
         Error::Calibrate(_) => Failure::no("align::failed", words)
             .help("is the table in the picture, and do its dots match the scene's `marks`?"),
         Error::NotSeen(object) => Failure::no("camera::not_seen", words)

@@ -198,3 +198,24 @@ fn pictures_and_scales_come_over_the_same_line() {
     assert_eq!((read.water, read.spilt), (vec![("cup".to_owned(), 1e-4)], 2e-6));
     assert_eq!(asked.lock().unwrap()[0], json!({"hello": {"version": 1, "robot": "robot"}}));
 }
+
+/// It was told to look after the table and its dots, as if the picture had been used.
+#[test]
+fn a_picture_of_another_size_than_said_is_the_server_s_mistake() {
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbImage::new(4, 3).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let png = {
+        use base64::Engine as _;
+        base64::engine::general_purpose::STANDARD.encode(png.into_inner())
+    };
+    let (place, _) = serve(move |request| {
+        Some(match word(request).as_str() {
+            "hello" => hello(),
+            "photo" => json!({"png": png}).to_string(),
+            _ => told(0.0),
+        })
+    });
+    let error = connect(&place, "robot", &JOINTS).unwrap().camera.unwrap().photo().unwrap_err();
+    assert_eq!(error.to_string(), "the bridge's picture has 4 x 3 px, its `hello` says 2 x 1 px");
+    assert!(error.help().contains("the size that `hello` says"), "{}", error.help());
+}
