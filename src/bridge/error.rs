@@ -88,12 +88,17 @@ pub enum Error {
         joints: usize,
     },
     /// A number is none.
-    #[error("`{field}` in the answer to `{request}` is not finite")]
+    #[error(
+        "`{field}`{} in the answer to `{request}` is no finite number",
+        .joint.map(|joint| format!(" of joint {joint}")).unwrap_or_default()
+    )]
     NotFinite {
         /// What was asked.
         request: &'static str,
         /// Which number.
         field: &'static str,
+        /// Of which joint, from 1, where there is one for each.
+        joint: Option<usize>,
     },
     /// Something that moves by itself is no ball at a time before now.
     #[error(

@@ -7,6 +7,7 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use super::error::Error;
 use super::wire::{Hello, Photo, Refusal, Request, Step, Told, VERSION};
@@ -184,7 +185,8 @@ impl Link {
             return Err(Error::Refused { request: word, why: error, help });
         }
         serde_json::from_slice(&line).map_err(|error| {
-            self.give_up(Error::Unreadable { request: word, why: error.to_string() })
+            let unreadable = Error::Unreadable { request: word, why: error.to_string() };
+            self.give_up(no_number(&line, word).unwrap_or(unreadable))
         })
     }
 
@@ -243,6 +245,23 @@ impl Link {
     }
 }
 
+/// Returns which number of feedback that cannot be read is none: JSON has no word for it, and programs write `NaN` or `null`.
+fn no_number(line: &[u8], request: &'static str) -> Option<Error> {
+    let text = std::str::from_utf8(line).ok()?.to_owned();
+    let words = ["-Infinity", "Infinity", "NaN"];
+    let text = words.into_iter().fold(text, |text, word| text.replace(word, "null"));
+    let told: Value = serde_json::from_str(&text).ok()?;
+    for field in ["q", "dq", "tau"] {
+        let mut list = told.get(field).and_then(Value::as_array).into_iter().flatten();
+        if let Some(at) = list.position(Value::is_null) {
+            return Some(Error::NotFinite { request, field, joint: Some(at + 1) });
+        }
+    }
+    let single = ["t", "opening"].into_iter();
+    let mut none = single.filter(|field| told.get(*field).is_some_and(Value::is_null));
+    none.next().map(|field| Error::NotFinite { request, field, joint: None })
+}
+
 /// Returns what is wrong with feedback, if anything is.
 fn wrong(told: &Told, request: &'static str, joints: usize, before: Option<f64>) -> Option<Error> {
     let lists = [("q", &told.q), ("dq", &told.dq), ("tau", &told.tau)];
@@ -250,13 +269,13 @@ fn wrong(told: &Told, request: &'static str, joints: usize, before: Option<f64>)
         if list.len() != joints {
             return Some(Error::Length { request, field, got: list.len(), joints });
         }
-        if list.iter().any(|number| !number.is_finite()) {
-            return Some(Error::NotFinite { request, field });
+        if let Some(at) = list.iter().position(|number| !number.is_finite()) {
+            return Some(Error::NotFinite { request, field, joint: Some(at + 1) });
         }
     }
     for (field, number) in [("t", told.t), ("opening", told.opening)] {
         if !number.is_finite() {
-            return Some(Error::NotFinite { request, field });
+            return Some(Error::NotFinite { request, field, joint: None });
         }
     }
     if told.moving.len() > Mover::MOST {

@@ -84,7 +84,15 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
     let short = json!({"t": 6.0, "q": [0.0], "dq": [0.0, 0.0], "tau": [0.0, 0.0], "opening": 0.08});
     let table = [
         (short.to_string(), "`q` in the answer to `step` has 1 numbers; the robot has 2 joints"),
-        (nan, "the answer to `step` cannot be read"),
+        (nan, "`q` of joint 2 in the answer to `step` is no finite number"),
+        (
+            told(6.0).replace(r#""tau":[0.0"#, r#""tau":[-Infinity"#),
+            "`tau` of joint 1 in the answer to `step` is no finite number",
+        ),
+        (
+            told(6.0).replace("0.08", "null"),
+            "`opening` in the answer to `step` is no finite number",
+        ),
         (told(6.0).replace("0.1", "1e999"), "the answer to `step` cannot be read"),
         (told(4.0), "the bridge's clock went back from 5.000000 s to 4.000000 s"),
         (moving("head", 0.0), "number 2 of `moving` in the answer to `step` is no ball"),
