@@ -32,6 +32,7 @@ mod learn;
 #[cfg(feature = "lsp")]
 mod lsp;
 mod marks;
+mod meant;
 mod new;
 mod numbers;
 mod offered;
@@ -180,6 +181,9 @@ pub fn main() -> ExitCode {
     let (cli, matches) = match read {
         Ok(read) => read,
         Err(error) => {
+            let mut words = std::env::args_os().skip(1).map(|w| w.to_string_lossy().into_owned());
+            let first = words.find(|word| !word.starts_with('-'));
+            let error = meant::suggested(error, first.as_deref());
             // Help and version go to stdout with code 0; everything else is bad usage.
             let code = if error.use_stderr() { Exit::BadInput } else { Exit::Yes };
             if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {

@@ -151,3 +151,19 @@ fn a_negative_number_is_answered_with_the_range() {
         assert!(said.err.contains(range), "{args:?}: {}", said.err);
     }
 }
+
+/// `compare` was taken for `completions`, which is written alike.
+#[test]
+fn a_command_by_the_name_it_has_elsewhere_is_pointed_to() {
+    let scratch = Scratch::new("cli-help-elsewhere");
+    for (word, command) in [("compare", "'runs diff'"), ("list", "'runs ls'")] {
+        let said = scratch.trueup(&[word, "1", "2"]);
+        assert_eq!(said.code, 2, "{said:?}");
+        assert!(said.err.contains(command), "{word}: {}", said.err);
+        assert!(!said.err.contains("completions"), "{word}: {}", said.err);
+        assert!(scratch.trueup(&[word, "--json"]).error("help").contains(command));
+    }
+    // Misspelt is told as before, and below a command it is the command's.
+    assert!(scratch.trueup(&["repaly"]).err.contains("'replay'"));
+    assert!(!scratch.trueup(&["camera", "show"]).err.contains("runs show"));
+}
