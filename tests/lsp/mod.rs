@@ -105,6 +105,26 @@ impl Editor {
     }
 }
 
+/// One message that was no JSON ended the server.
+#[test]
+fn a_message_that_cannot_be_read_is_refused_and_the_next_is_heard() {
+    let scratch = Scratch::new("lsp-unreadable");
+    let mut editor = Editor::open(&scratch);
+    for (body, code) in [("{\"id\": 1,", -32700), ("{\"jsonrpc\": \"2.0\"}", -32600), ("", -32700)]
+    {
+        write!(editor.to, "Content-Length: {}\r\n\r\n{body}", body.len()).unwrap();
+        editor.to.flush().unwrap();
+        let heard = editor.hear();
+        assert_eq!(
+            (&heard["id"], &heard["error"]["code"]),
+            (&Value::Null, &json!(code)),
+            "{heard}"
+        );
+    }
+    assert_eq!(editor.write(1, "look()\n"), [] as [Value; 0]);
+    editor.close();
+}
+
 #[test]
 fn a_session_from_a_mistake_to_a_tidy_file() {
     let scratch = Scratch::new("lsp-session");
