@@ -56,7 +56,8 @@ impl Session<'_, '_> {
             "fork" => self.fork(rest),
             "quiz" => self.quiz(rest),
             "continue" | "stop" => Err(nothing_paused(word)),
-            "undo-edit" => self.undo_edit(),
+            "undo-edit" => self.undo_edit(false),
+            "redo-edit" => self.undo_edit(true),
             "why" => self.why(rest),
             "gap" => self.gap(rest),
             "runs" => {

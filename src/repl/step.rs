@@ -325,9 +325,9 @@ impl Session<'_, '_> {
         Box::new(move || archive::earlier(&Run::so_far(&task, &[]), None, &archive::entries(&root)))
     }
 
-    /// `:undo-edit`.
-    pub(super) fn undo_edit(&mut self) -> Result<(), Failure> {
-        let told = self.edits.undo()?;
+    /// `:undo-edit`, and `:redo-edit` where it is `again`.
+    pub(super) fn undo_edit(&mut self, again: bool) -> Result<(), Failure> {
+        let told = if again { self.edits.redo()? } else { self.edits.undo()? };
         self.taught.read_again(self.style);
         self.style.say(told);
         Ok(())

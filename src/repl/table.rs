@@ -82,6 +82,7 @@ pub(super) const COMMANDS: &[Command] = &[
     command("phrase", "\"…\" = CALL", "teach a sentence"),
     command("set", "NAME VALUE", "a setting (confirm, seed), or a name for a value"),
     command("save", "FILE", "write the calls of this session as a script"),
-    command("undo-edit", "", "take back the last change that trueup made to a file"),
+    command("undo-edit", "", "take back the last change that trueup made to a file of this folder"),
+    command("redo-edit", "", "make again what was last taken back"),
     command("quit", "", "leave"),
 ];
