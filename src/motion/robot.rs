@@ -212,6 +212,11 @@ impl Robot {
         &self.joints
     }
 
+    /// Returns whether an entry of `q` is the way of a joint that slides, m, not an angle, rad.
+    pub fn slides(&self, joint: usize) -> bool {
+        self.links[self.joints[joint].link].joint.motion == Motion::Slide
+    }
+
     /// Returns the number of entries of `q`.
     pub fn n_joints(&self) -> usize {
         self.joints.len()
@@ -310,7 +315,7 @@ impl Robot {
         })
     }
 
-    /// Returns a pose the side file names (`home`, `retract`, `zero`), rad.
+    /// Returns a pose the side file names (`home`, `retract`, `zero`), rad, and m for what slides.
     ///
     /// # Errors
     ///
@@ -322,7 +327,7 @@ impl Robot {
         })
     }
 
-    /// Returns the named poses, rad.
+    /// Returns the named poses, rad, and m for what slides.
     pub fn poses(&self) -> &BTreeMap<String, Vec<f64>> {
         &self.poses
     }

@@ -162,8 +162,11 @@ impl SideFile {
                 let what = SideFault::PoseLength { name, angles: pose.len(), joints: n };
                 return Err(Error::SideFile { what });
             }
-            let radians = pose[..n].iter().map(|deg| deg.to_radians()).collect();
-            robot.poses.insert(name, radians);
+            let in_si = |(joint, value): (usize, &f64)| {
+                if robot.slides(joint) { *value } else { value.to_radians() }
+            };
+            let q = pose[..n].iter().enumerate().map(in_si).collect();
+            robot.poses.insert(name, q);
         }
         Ok(())
     }

@@ -211,3 +211,25 @@ fn wrong_files_say_what_is_wrong() {
         Err(Error::File { .. })
     ));
 }
+
+/// A rail of 2 m, and an arm of two joints on it.
+const ON_A_RAIL: &str = r#"<robot name="railed">
+  <link name="floor"/><link name="cart"/><link name="upper"/><link name="fore"/>
+  <joint name="rail" type="prismatic"><parent link="floor"/><child link="cart"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="2" velocity="1" effort="100"/></joint>
+  <joint name="a" type="revolute"><parent link="cart"/><child link="upper"/><axis xyz="0 -1 0"/>
+    <limit lower="-3" upper="3" velocity="1" effort="10"/></joint>
+  <joint name="b" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="1 0 0"/>
+    <axis xyz="0 -1 0"/><limit lower="-3" upper="3" velocity="2" effort="10"/></joint>
+</robot>"#;
+
+/// A rail at 0.5 of `[poses_deg]` stood at 8.7 mm.
+#[test]
+fn a_named_pose_of_a_rail_is_in_metres() {
+    let side = "[poses_deg]\nhome = [0.5, 90, -180]";
+    let robot = Robot::from_urdf_with(ON_A_RAIL, side, None).unwrap();
+    assert!(robot.slides(0) && !robot.slides(1));
+    let home = robot.pose("home").unwrap();
+    assert!((home[0] - 0.5).abs() < 1e-15, "{home:?}");
+    assert!((home[1] - FRAC_PI_2).abs() < 1e-15 && (home[2] + 2.0 * FRAC_PI_2).abs() < 1e-15);
+}
