@@ -172,7 +172,7 @@ pub enum SideFault {
         /// How many joints there are.
         joints: usize,
     },
-    /// A pose that leaves joints out.
+    /// A pose that leaves joints out, or speaks of joints that are not there.
     #[error("pose {name} has {angles} angles; the arm has {joints} joints")]
     PoseLength {
         /// The pose.

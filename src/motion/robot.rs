@@ -121,17 +121,23 @@ impl Robot {
         }
         let order = tree::order(&urdf)?;
         let jaws = tree::jaws(&urdf, &order);
-        let tip_name = tip.map(str::to_owned).or_else(|| side.tip.clone());
-        let tip = match tip_name {
+        let meant = |name: Option<&str>| match name {
             Some(name) => order
                 .iter()
                 .position(|step| urdf.links[step.link].name == name)
                 .ok_or_else(|| Error::NoLink {
-                    name,
+                    name: name.to_owned(),
                     known: urdf.links.iter().map(|link| link.name.clone()).collect(),
-                })?,
-            None => tree::default_tip(&urdf, &order, &jaws)?,
+                }),
+            None => tree::default_tip(&urdf, &order, &jaws),
         };
+        let own = side.tip.as_deref();
+        let tip = meant(tip.or(own))?;
+        // Of several arms each has a pose of its own length.
+        let count = |tip| tree::count_entries(&urdf, &order, &jaws, tip);
+        let whole =
+            meant(own).map_or_else(|_| (0..order.len()).map(count).max(), |tip| Some(count(tip)));
+        let whole = whole.unwrap_or_default();
         let mut robot = Self {
             name: std::mem::take(&mut urdf.name),
             links: Vec::with_capacity(order.len()),
@@ -152,7 +158,7 @@ impl Robot {
         };
         robot.add_links(&urdf, &order, meshes)?;
         robot.drive_joints(&urdf, &order, &jaws)?;
-        side.apply(&mut robot)?;
+        side.apply(&mut robot, whole)?;
         robot.join_frames();
         robot.place_tool();
         Ok(robot)

@@ -126,8 +126,9 @@ impl SideFile {
             .map_err(|error| Error::SideFile { what: SideFault::Format(error.to_string()) })
     }
 
-    /// Adds what the file says to a robot that was just read.
-    pub(super) fn apply(self, robot: &mut Robot) -> Result<(), Error> {
+    /// Adds what the file says to a robot that was just read; `whole` is how many joints the arm has up to the tip that is
+    /// meant where nobody names one.
+    pub(super) fn apply(self, robot: &mut Robot, whole: usize) -> Result<(), Error> {
         if let Some(tool) = &self.tool {
             robot.tool = Some(tool.on(robot)?);
         }
@@ -158,8 +159,10 @@ impl SideFile {
             }
         }
         for (name, pose) in self.poses_deg {
-            if pose.len() < n {
-                let what = SideFault::PoseLength { name, angles: pose.len(), joints: n };
+            let most = n.max(whole);
+            if pose.len() < n || pose.len() > most {
+                let joints = if pose.len() < n { n } else { most };
+                let what = SideFault::PoseLength { name, angles: pose.len(), joints };
                 return Err(Error::SideFile { what });
             }
             let in_si = |(joint, value): (usize, &f64)| {

@@ -95,6 +95,21 @@ pub(super) fn path(order: &[Step], tip: usize) -> Vec<usize> {
     path
 }
 
+/// Returns how many joints of their own, driven by nothing else, there are on the way to `tip`.
+pub(super) fn count_entries(
+    urdf: &urdf_rs::Robot,
+    order: &[Step],
+    jaws: &[bool],
+    tip: usize,
+) -> usize {
+    let is_own = |&&link: &&usize| {
+        let joint = order[link].joint.map(|at| &urdf.joints[at]);
+        let moves = |joint: &urdf_rs::Joint| joint.joint_type != JointType::Fixed;
+        joint.is_some_and(|joint| moves(joint) && joint.mimic.is_none()) && !jaws[link]
+    };
+    path(order, tip).iter().filter(is_own).count()
+}
+
 /// Returns, per link of `order`, whether its joint is a jaw: it moves with another that is neither
 /// above nor below it, as the two fingers of a gripper do.
 pub(super) fn jaws(urdf: &urdf_rs::Robot, order: &[Step]) -> Vec<bool> {

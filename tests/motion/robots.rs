@@ -233,3 +233,18 @@ fn a_named_pose_of_a_rail_is_in_metres() {
     assert!((home[0] - 0.5).abs() < 1e-15, "{home:?}");
     assert!((home[1] - FRAC_PI_2).abs() < 1e-15 && (home[2] + 2.0 * FRAC_PI_2).abs() < 1e-15);
 }
+
+/// `robot.toml` of another arm: what is over was left out without a word. A tip half-way up has fewer joints.
+#[test]
+fn a_named_pose_has_as_many_numbers_as_the_arm_has_joints() {
+    let with = |home: &str, tip| {
+        Robot::from_urdf_with(ON_A_RAIL, &format!("[poses_deg]\nhome = {home}"), tip)
+    };
+    for wrong in ["[0.5, 90]", "[0.5, 90, 0, 0]"] {
+        let told = with(wrong, None).unwrap_err().to_string();
+        assert!(told.contains("the arm has 3 joints"), "{told}");
+    }
+    let half = with("[0.5, 90, -180]", Some("upper")).unwrap();
+    assert_eq!(half.pose("home").unwrap().len(), 2);
+    assert!(with("[0.5, 90, -180, 0]", Some("upper")).is_err());
+}
