@@ -223,6 +223,11 @@ impl Robot {
         self.links[self.joints[joint].link].joint.motion == Motion::Slide
     }
 
+    /// Returns [`Self::slides`] of each entry of `q`.
+    pub fn sliding(&self) -> Vec<bool> {
+        (0..self.n_joints()).map(|joint| self.slides(joint)).collect()
+    }
+
     /// Returns the number of entries of `q`.
     pub fn n_joints(&self) -> usize {
         self.joints.len()

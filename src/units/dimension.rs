@@ -81,6 +81,16 @@ impl Dimension {
             .map_or_else(|| self.si(), |(.., unit)| (*unit).into())
     }
 
+    /// Returns what a joint that slides has where one that turns has this: a length for an angle, a force for a torque.
+    pub fn of_sliding(self) -> Option<Self> {
+        match self {
+            Self::ANGLE => Some(Self::LENGTH),
+            Self::ANGULAR_SPEED => Some(Self::SPEED),
+            Self::TORQUE => Some(Self::FORCE),
+            _ => None,
+        }
+    }
+
     /// Returns whether it is a plain number.
     pub fn is_none(self) -> bool {
         self == Self::NONE

@@ -41,6 +41,8 @@ pub struct Recorder {
     /// Rows of the arm that are not written yet.
     rows: String,
     arm_has_header: bool,
+    /// Which joints slide; those beyond its end turn.
+    sliding: Vec<bool>,
     last_tick: f64,
     /// The last pictures, real and twin.
     pictures: Vec<(PathBuf, Arc<[u8]>)>,
@@ -127,6 +129,7 @@ impl Recorder {
             film: None,
             rows: String::new(),
             arm_has_header: false,
+            sliding: Vec::new(),
             last_tick: f64::NEG_INFINITY,
             pictures: Vec::new(),
             stop: None,
@@ -139,6 +142,11 @@ impl Recorder {
     #[must_use]
     pub fn without_film(self) -> Self {
         Self { is_filmed: false, ..self }
+    }
+
+    /// Says which joints slide, before the arm moves: their columns are in m, m/s and N.
+    pub fn slide(&mut self, sliding: Vec<bool>) {
+        self.sliding = sliding;
     }
 
     /// Whether a film is kept.
@@ -215,10 +223,17 @@ impl Recorder {
         let n = feedback.q.len();
         if !self.arm_has_header {
             self.arm_has_header = true;
-            let columns = [("q_cmd", "rad"), ("q", "rad"), ("dq", "rad/s"), ("tau", "N*m")];
+            let columns = [
+                ("q_cmd", ["rad", "m"]),
+                ("q", ["rad", "m"]),
+                ("dq", ["rad/s", "m/s"]),
+                ("tau", ["N*m", "N"]),
+            ];
             let mut header = "t[s]".to_owned();
-            for (name, unit) in columns {
+            for (name, [turning, sliding]) in columns {
                 for joint in 1..=n {
+                    let slides = self.sliding.get(joint - 1).copied().unwrap_or(false);
+                    let unit = if slides { sliding } else { turning };
                     let _ = write!(header, ",{name}_{joint}[{unit}]");
                 }
             }

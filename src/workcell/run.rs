@@ -43,8 +43,10 @@ impl WorkCell {
         self.watched_by(observers);
         let total = self.now();
         let mut run = self.nothing_done(call);
+        let sliding = self.scripts.context().declared().robot.sliding();
         if let Some(recorder) = &recorder {
-            let recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut recorder = recorder.lock().unwrap_or_else(PoisonError::into_inner);
+            recorder.slide(sliding);
             run.run_dir = Some(recorder.dir().display().to_string());
         }
         // From here on the run can be found again, whatever happens to the program.

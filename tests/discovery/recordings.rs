@@ -57,8 +57,8 @@ fn every_mistake_says_what_where_and_what_helps() {
         ("t[s],q_1[rad]\n0,1\nnan,2\n2,3\n", "`nan` is not a time", "r.csv:3, column `t`"),
         ("t[s],q_1[rad]\n0,1\n1\n2,3\n", "the row has 1 cells, the header 2", "r.csv:3"),
         (
-            "t[s],q_1[m]\n0,1\n1,2\n2,3\n",
-            "column `q_1` is in m, but it must be an angle",
+            "t[s],q_1[kg]\n0,1\n1,2\n2,3\n",
+            "column `q_1` is in kg, but it must be an angle",
             "column `q_1`",
         ),
         ("t[kg],q_1[rad]\n0,1\n1,2\n2,3\n", "`t` is in kg", "column `t`"),

@@ -3,8 +3,9 @@
 use std::fs;
 
 use trueup::arm::Feedback;
+use trueup::discovery::recording::{Map, Recording};
 use trueup::trace::{Event, Observer};
-use trueup::units::parse_column;
+use trueup::units::{Dimension, parse_column};
 use trueup::workcell::record::Recorder;
 use trueup::workcell::{Stdlib, picture};
 use trueup::world::{ObjectState, Pose, WorldState};
@@ -77,6 +78,31 @@ fn events_are_on_disk_at_once_and_ticks_at_a_hundred_a_second() {
     let kept = fs::read_to_string(dir.join("run.json")).unwrap();
     assert_eq!(serde_json::from_str::<serde_json::Value>(&kept).unwrap()["half"], false);
     assert!(!dir.join("run.json.part").exists());
+}
+
+/// A rail's way was recorded as an angle, and its force as a torque.
+#[test]
+fn what_slides_is_recorded_in_metres_and_read_again() {
+    let scratch = Scratch::new("recorder-rail");
+    let mut recorder = Recorder::create(&scratch.path("runs"), "now", "x").unwrap();
+    recorder.slide(vec![true, false]);
+    for k in 0..9 {
+        recorder.event(&tick(0.01 * f64::from(k)));
+    }
+    recorder.save(&serde_json::json!({})).unwrap();
+    let text = fs::read_to_string(recorder.dir().join("arm.csv")).unwrap();
+    for column in ["q_cmd_1[m]", "q_1[m]", "q_2[rad]", "dq_1[m/s]", "tau_1[N]", "tau_2[N*m]"] {
+        assert!(text.contains(&format!(",{column},")), "{column}: {text}");
+    }
+    let read = Recording::read("arm.csv", &text, None, &Map::default()).unwrap();
+    for (stem, dimension) in [("q", Dimension::ANGLE), ("tau", Dimension::TORQUE)] {
+        assert_eq!(read.group(stem, 7, dimension).unwrap().unwrap().len(), 7);
+    }
+    let mut sliding = [false; 7];
+    let told = read.check_joints(&sliding).unwrap_err().what;
+    assert!(told.contains("`q_1` is in m, but it must be an angle"), "{told}");
+    sliding[0] = true;
+    read.check_joints(&sliding).unwrap();
 }
 
 /// A picture that could not be written is told when the run is saved, not lost.

@@ -129,11 +129,20 @@ impl List<'_> {
         if robot.states_accelerations() {
             self.add("accelerations", Use::Planning, "every joint has a limit");
         } else {
-            let each: Vec<String> =
-                joints.iter().map(|joint| format!("{:.1}", joint.acceleration)).collect();
-            let found = format!("full speed in 0.25 s: {} rad/s^2", each.join(", "));
-            let write =
-                format!("max_acceleration_rad_s2 = [{} numbers] in robot.toml", joints.len());
+            let sliding = robot.sliding();
+            let slides_any = sliding.contains(&true);
+            let unit_of = |slides: bool| if slides { " m/s^2" } else { " rad/s^2" };
+            // One unit for all is told behind the last.
+            let each = joints.iter().zip(&sliding).map(|(joint, slides)| {
+                let unit = if slides_any { unit_of(*slides) } else { "" };
+                format!("{:.1}{unit}", joint.acceleration)
+            });
+            let each = each.collect::<Vec<_>>().join(", ");
+            let unit = if slides_any { "" } else { unit_of(false) };
+            let found = format!("full speed in 0.25 s: {each}{unit}");
+            let m = if slides_any { ", in m/s^2 of what slides," } else { "" };
+            let n = joints.len();
+            let write = format!("max_acceleration_rad_s2 = [{n} numbers]{m} in robot.toml");
             self.wrong(("accelerations", State::Assumed, Use::Planning), found, write);
         }
         let strong = names(&|i| joints[i].effort.is_infinite());

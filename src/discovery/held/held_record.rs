@@ -222,6 +222,7 @@ fn seen_noise(time: &[f64], seen: &[Vector3<f64>], fresh: &[usize]) -> f64 {
 /// The hand from the joints, without their noise.
 fn from_joints(recording: &Recording, robot: &Robot) -> Result<Vec<Isometry3<f64>>, Error> {
     let n = robot.n_joints();
+    recording.check_joints(&robot.sliding())?;
     let columns = recording.group("q", n, Dimension::ANGLE)?.unwrap_or_default();
     let smooth: Vec<Vec<f64>> = columns
         .iter()

@@ -132,12 +132,18 @@ impl Recording {
     /// An [`Error`] if there is no such column, its unit measures something else, or cells of it are not
     /// finite numbers.
     pub fn column(&self, name: &str, dimension: Dimension) -> Result<&[f64], Error> {
+        self.column_of(name, [dimension; 2])
+    }
+
+    /// As [`Self::column`], of one of two dimensions, of which the first is told.
+    fn column_of(&self, name: &str, either: [Dimension; 2]) -> Result<&[f64], Error> {
+        let [dimension, _] = either;
         let Some(column) = self.columns.iter().find(|column| column.name == name) else {
             let known = self.columns.iter().map(|column| column.name.clone()).take(40).collect();
             return Err(Flaw::NoColumn { name: name.to_owned(), known, dimension }.at(&self.name));
         };
         if let Some(unit) = column.unit
-            && unit.dimension != dimension
+            && !either.contains(&unit.dimension)
         {
             let (is, expected) = (unit.dimension, dimension);
             let flaw = Flaw::ColumnUnit { name: name.to_owned(), is, expected };
@@ -151,7 +157,8 @@ impl Recording {
         Ok(&column.values)
     }
 
-    /// Returns the columns `stem_1` to `stem_n`, or `None` if there is not one of them.
+    /// Returns the columns `stem_1` to `stem_n`, or `None` if there is not one of them. A joint's column may also be one
+    /// of a joint that slides, m for rad; [`Self::check_joints`] says whether it is.
     ///
     /// # Errors
     ///
@@ -166,7 +173,34 @@ impl Recording {
         if (1..=n).all(|i| !self.has(&name(i))) {
             return Ok(None);
         }
-        (1..=n).map(|i| self.column(&name(i), dimension)).collect::<Result<_, _>>().map(Some)
+        let either = [dimension, dimension.of_sliding().unwrap_or(dimension)];
+        (1..=n).map(|i| self.column_of(&name(i), either)).collect::<Result<_, _>>().map(Some)
+    }
+
+    /// Checks that only joints that slide are recorded in m, m/s and N; `slides` says for each joint whether it does.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for a joint that turns and has such a unit.
+    pub fn check_joints(&self, slides: &[bool]) -> Result<(), Error> {
+        let all = [
+            ("q", Dimension::ANGLE),
+            ("q_cmd", Dimension::ANGLE),
+            ("dq", Dimension::ANGULAR_SPEED),
+            ("tau", Dimension::TORQUE),
+        ];
+        for (joint, _) in slides.iter().enumerate().filter(|(_, slides)| !**slides) {
+            for (stem, expected) in all {
+                let name = format!("{stem}_{}", joint + 1);
+                let column = self.columns.iter().find(|column| column.name == name);
+                let is = column.and_then(|column| column.unit).map(|unit| unit.dimension);
+                if let Some(is) = is.filter(|is| Some(*is) == expected.of_sliding()) {
+                    let place = format!("{}:1, column `{name}`", self.name);
+                    return Err(Flaw::ColumnUnit { name, is, expected }.at(place));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Returns how many columns `stem_1`, `stem_2`, … follow each other without a gap.

@@ -236,7 +236,10 @@ fn told(mut recording: Recording) -> Result<Recording, Error> {
     for column in &recording.columns {
         let Some(expected) = meaning(&column.name) else { continue };
         match column.unit {
-            Some(Unit { dimension, .. }) if dimension != expected => {
+            // Which joints slide is known to whoever has the robot.
+            Some(Unit { dimension, .. })
+                if dimension != expected && expected.of_sliding() != Some(dimension) =>
+            {
                 let name = column.name.clone();
                 let flaw = Flaw::ColumnUnit { name, is: dimension, expected };
                 return Err(flaw.at(format!("{}:1, column `{}`", recording.name, column.name)));

@@ -66,6 +66,7 @@ fn models(
     let mut read = Vec::new();
     for recording in train.iter().chain(heldout) {
         let arm = Arm::of(robot, recording)?;
+        recording.check_joints(&robot.sliding())?;
         let data = Data::new(recording, arm.chain.n())?;
         plausible::check(&arm, robot.joints(), &data, &recording.name)?;
         read.push((arm, data));

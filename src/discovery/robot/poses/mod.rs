@@ -60,6 +60,7 @@ pub(in super::super) fn investigate(
     let tip = tip.unwrap_or_else(|| robot.links()[robot.tip()].name.clone());
     let mut sets: Vec<Vec<Pose>> = Vec::new();
     for recording in recordings {
+        recording.check_joints(&robot.sliding())?;
         let data = Data::at_rest(recording, arm.chain.n())?;
         plausible::check_at_rest(&arm, robot.joints(), &data, &recording.name)?;
         if data.are_currents {
