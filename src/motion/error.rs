@@ -167,9 +167,15 @@ pub enum Error {
     Cancelled,
 }
 
+/// Half of the tenth of a millimetre that distances are told to, m: what is nearer than this touches.
+const TOUCHING: f64 = 5e-5;
+
 /// Words two parts that overlap, or are nearer to each other than is wanted; m.
 fn said_of_collision(parts: (&str, &str, &str), depth: f64, margin: f64) -> String {
     let (which, first, second) = parts;
+    if (depth - margin).abs() < TOUCHING {
+        return format!("the {which} is in collision: {first} and {second} touch");
+    }
     if depth >= margin {
         let overlap = (depth - margin) * 1e3;
         return format!(
@@ -180,4 +186,21 @@ fn said_of_collision(parts: (&str, &str, &str), depth: f64, margin: f64) -> Stri
     format!(
         "the {which} is too near to something: {first} and {second} are {apart:.1} mm apart, and {wanted:.1} mm are to be kept"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// "0.0 mm apart, and 0.0 mm are to be kept".
+    #[test]
+    fn what_touches_is_said_to_touch() {
+        let said = |apart: f64, margin: f64| {
+            said_of_collision(("start", "rod", "table"), margin - apart, margin)
+        };
+        assert!(said(0.0, 0.0).ends_with("rod and table touch"), "{}", said(0.0, 0.0));
+        assert!(said(1e-9, 0.0).ends_with("rod and table touch"), "{}", said(1e-9, 0.0));
+        assert!(said(-0.002, 0.0).ends_with("overlap by 2.0 mm"));
+        assert!(said(0.01, 0.02).ends_with("10.0 mm apart, and 20.0 mm are to be kept"));
+    }
 }
