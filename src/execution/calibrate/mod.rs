@@ -61,12 +61,15 @@ pub enum Error {
     NoMarker,
     /// The arm's marker was seen too rarely.
     #[error(
-        "the marker ball was seen at {seen} of {visited} points; the offset needs at least {needed}"
+        "the marker ball was seen at {seen} of {reached} points that the arm came to, of {visited} in all; the offset needs at \
+         least {needed}"
     )]
     Unseen {
         /// Where it was seen.
         seen: usize,
-        /// Where it was looked for.
+        /// Where it was looked for: the points that the arm came to.
+        reached: usize,
+        /// The points that it was to come to.
         visited: usize,
         /// How many are needed.
         needed: usize,
@@ -257,6 +260,7 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
     };
     let visits = visits(&scene);
     let visited = visits.len();
+    let mut reached = 0;
     for (n, at) in visits.into_iter().enumerate() {
         if stops.len() + usize::from(looking.is_some()) >= WANTED {
             stops.extend(found(&mut looking));
@@ -274,6 +278,7 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
             Err(ActionError::NoWay(_) | ActionError::Limit(_)) => continue,
             Err(error) => return Err(error.into()),
         }
+        reached += 1;
         context.wait(REST)?;
         let Some(plate) = context.body().plate().map_err(ActionError::from)? else { continue };
         let (camera, q) = (calibration.camera, context.reported_q()?);
@@ -290,7 +295,7 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
     // Back to where it hid nothing.
     context.move_to(&start, None, BACK_SPEED)?;
     if stops.len() < arm::NEEDED {
-        return Err(Error::Unseen { seen: stops.len(), visited, needed: arm::NEEDED });
+        return Err(Error::Unseen { seen: stops.len(), reached, visited, needed: arm::NEEDED });
     }
     let fit = arm::fit_arm(
         &robot,
