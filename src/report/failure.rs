@@ -280,6 +280,7 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
         Why::Blocked { .. } | Why::NoPath(_) | Why::NotWithin(_) => {
             "move what is in the way, or make room around it"
         }
+        Why::TooNear(_) => "make room around the arm, or bring it elsewhere first",
         Why::OffTable(_) => "name a place on the table, away from its edge",
         Why::NoFreePlace => "make room on the table, or say where to put it with `at:`",
         Why::Shallow { .. } => "fill it, or take a narrower vessel",

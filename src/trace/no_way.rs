@@ -48,6 +48,8 @@ pub enum Why {
     },
     /// The search ended without a path.
     NoPath(String),
+    /// Where the way begins or ends is nearer to something than is kept as long as the arm is not calibrated.
+    TooNear(TooNear),
     /// It would not stand on the table.
     OffTable(OffTable),
     /// Nothing has room on the table where the arm sets things down of itself.
@@ -96,6 +98,21 @@ pub struct OffTable {
     pub edge: f64,
 }
 
+/// Two things that are too near to each other as long as nobody knows how far the arm is from where it says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TooNear {
+    /// Whether the way begins or ends there: "start" or "goal".
+    pub which: String,
+    /// A part of the arm, or what is in the hand.
+    pub first: String,
+    /// What it is near to.
+    pub second: String,
+    /// The distance between them, m; negative where they overlap.
+    pub apart: f64,
+    /// The distance that is kept, m.
+    pub kept: f64,
+}
+
 /// A place over a thing that the arm does not reach.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Over {
@@ -120,6 +137,19 @@ impl std::fmt::Display for OffTable {
             None => write!(f, "every place there is off the table, or too near its edge"),
         }?;
         write!(f, "; the table is from x = {x0:.0} to {x1:.0} cm and y = {y0:.0} to {y1:.0} cm")
+    }
+}
+
+impl std::fmt::Display for TooNear {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { which, first, second, apart, kept } = self;
+        write!(f, "at the {which} {first} and {second} ")?;
+        match apart * 1e3 {
+            apart if apart < -0.5 => write!(f, "overlap by {:.0} mm", -apart),
+            apart if apart < 0.5 => write!(f, "touch"),
+            apart => write!(f, "are {apart:.0} mm apart"),
+        }?;
+        write!(f, "; {:.0} mm are kept until the arm is calibrated", kept * 1e3)
     }
 }
 
@@ -178,6 +208,7 @@ impl std::fmt::Display for NoWay {
                 write!(f, "no place on the table that the arm reaches with ease has room for it")
             }
             Why::NoPath(why) => write!(f, "no path was found ({why})"),
+            Why::TooNear(near) => write!(f, "{near}"),
             Why::Topples { height, most, friction } => write!(
                 f,
                 "it is {:.0} mm high and would tip over; with a friction of {friction:.2} what is as narrow may be at \
@@ -219,6 +250,15 @@ mod tests {
         // Fingers need room beside the thing.
         let tight = said(Why::TooWide { width: 0.082, opening: 0.085 });
         assert!(tight.contains("too little room"), "{tight}");
+        let near = |apart| {
+            let (which, first, second) = ("start".into(), "cart".into(), "table".into());
+            said(Why::TooNear(TooNear { which, first, second, apart, kept: 0.04 }))
+        };
+        assert!(near(0.02).ends_with(
+            "cart and table are 20 mm apart; 40 mm are kept until the arm is calibrated"
+        ));
+        assert!(near(1e-9).contains("cart and table touch;"), "{}", near(1e-9));
+        assert!(near(-0.01).contains("overlap by 10 mm"));
         let table = [[0.0, -0.38], [1.0, 0.38]];
         let off = |at| said(Why::OffTable(OffTable { at: Some(at), table, edge: 0.04 }));
         assert!(off([1.6, 0.0]).contains("(160.0, 0.0) cm is off the table"));

@@ -59,6 +59,28 @@ fn what_a_bare_urdf_lacks_is_said_with_what_to_write() {
     assert_eq!(scratch.trueup(&["robot", "check", "nothing.urdf"]).code, 2);
 }
 
+/// It was usable for a pour, and the first run ended with "link and table overlap by 20.0 mm".
+#[test]
+fn a_home_from_which_no_run_begins_is_told() {
+    let scratch = Scratch::new("cli-robot-check-low");
+    let at = |z: f64| {
+        let shape = format!(
+            "<link name=\"arm\"><collision><origin xyz=\"0 0 {z}\"/><geometry><box size=\"0.2 0.2 0.1\"/></geometry>\
+             </collision></link>"
+        );
+        scratch.file("low.urdf", &BARE.replace("<link name=\"arm\"/>", &shape));
+        scratch.file("robot.toml", "[poses_deg]\nhome = [0]\n");
+        let document = scratch.trueup(&["robot", "check", "low.urdf", "--json"]).json();
+        let mut checks = document["checks"].as_array().unwrap().iter();
+        checks.find(|check| check["name"] == "home").unwrap().clone()
+    };
+    let low = at(0.07);
+    assert_eq!(low["state"], "missing");
+    let found = low["found"].as_str().unwrap();
+    assert!(found.contains("arm is 20 mm from") && found.contains("40 mm are kept"), "{found}");
+    assert_eq!(at(0.12)["state"], "ok");
+}
+
 /// The cheapest run that grasps: the twin alone, which is as its model says, and one candidate.
 #[test]
 fn the_other_arms_pick_up_the_kitchens_jar() {

@@ -100,8 +100,13 @@ fn a_hand_that_touches_something_is_led_away_before_it_goes_on() {
     let mut world = state(&HOME, [tool.x + 0.03, tool.y + 0.07, 0.0]);
     let jar = &mut world.objects[0];
     jar.world_from_object = Some(Pose::upright(tool.x + 0.02, tool.y + 0.075, tool.z - 0.07, 0.0));
-    let planner =
-        Planner::new(cell.clone(), world, HOME.to_vec(), 0.0, Arc::new(Budget::new(|| false)));
+    let planner = Planner::new(
+        cell.clone(),
+        world.clone(),
+        HOME.to_vec(),
+        0.0,
+        Arc::new(Budget::new(|| false)),
+    );
     let retract = cell.robot.pose("retract").unwrap().to_vec();
     let way = planner.free(&retract, None, 1).unwrap();
     assert!(way.out.len() > 1, "it stands where it touches nothing: {:?}", way.out);
@@ -113,6 +118,12 @@ fn a_hand_that_touches_something_is_led_away_before_it_goes_on() {
         matches!(&error, NoWay { why: Why::NoPath(why), .. } if why.contains("jar")),
         "{error}"
     );
+    // An arm that may be 4 cm beside where it says takes the jar for larger, and tells how near it is.
+    let (at, budget) = (HOME.to_vec(), Arc::new(Budget::new(|| false)));
+    let error = Planner::new(cell.clone(), world, at, 0.04, budget).free(&HOME, None, 1);
+    let Err(NoWay { why: Why::TooNear(near), .. }) = error else { panic!("{error:?}") };
+    assert!(near.second == "jar" && near.apart < 0.0, "{near:?}");
+    assert!((near.kept - 0.04).abs() < 1e-12, "{near:?}");
 }
 
 /// The whole run was stopped because one point of the touch-off led the tool too near to the table.

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use nalgebra::{Isometry3, Vector3};
 
 use super::finding::{CheckAnswer, Finding, State, Use};
+use crate::execution::calibrate::DOUBT;
 use crate::execution::plan::side_pose;
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::fault::Note;
@@ -27,6 +28,9 @@ const PITCHES: [f64; 2] = [0.0, 20.0 * std::f64::consts::PI / 180.0];
 const ALONG: f64 = 0.999;
 /// A joint that may turn farther than this from zero, rad, has its range in degrees, as a rule.
 const MANY_TURNS: f64 = 5.0 * TAU;
+
+/// What the table is called among obstacles.
+const TABLE: &str = "table";
 
 /// Answers `robot check`.
 pub fn check(robot: &Robot) -> CheckAnswer {
@@ -382,10 +386,34 @@ impl List<'_> {
                         let found = format!("{} is outside its range", robot.joints()[i].name);
                         self.wrong(kind, found, "angles inside the ranges of the joints");
                     }
+                    None if name == "home" => self.begins(q, what),
                     None => self.add(name, Use::Pour, what),
                 },
             }
         }
+    }
+
+    /// Whether the arm can begin to move from `home`, over a table as high as its base: not calibrated yet it keeps more room.
+    fn begins(&mut self, home: &[f64], what: &str) {
+        let world = over_table(self.robot, DOUBT);
+        let Ok(nearest) = world.clearance(home) else { return };
+        if nearest.distance > 0.0 || nearest.second != TABLE {
+            self.add("home", Use::Pour, what);
+            return;
+        }
+        let (apart, kept) = (1e3 * (nearest.distance + DOUBT), 1e3 * DOUBT);
+        let at = if apart < 0.0 {
+            format!("{:.0} mm deep in", -apart)
+        } else {
+            format!("{apart:.0} mm from")
+        };
+        let found = format!(
+            "{} is {at} a table as high as the base, and {kept:.0} mm are kept until the arm is calibrated: the first run cannot begin",
+            nearest.first
+        );
+        let write = "a base that stands higher in the scene, `robot NAME at (x, y, z)`, or another home, or smaller shapes; \
+                     `--without-regression 3` leaves the calibration out";
+        self.wrong(("home", State::Missing, Use::Pour), found, write);
     }
 
     /// Whether a level hand comes to where jars stand.
@@ -395,11 +423,7 @@ impl List<'_> {
             return;
         }
         let solver = Solver::new(robot);
-        let mut world = CollisionWorld::new(robot);
-        let slab = Solid::Cuboid { half: Vector3::new(1.0, 1.0, 0.01) };
-        world.add(&Obstacle::new("table", slab, Isometry3::translation(0.5, 0.0, -0.01)));
-        world.ignore(&robot.links()[0].name, "table");
-        world.set_opening(robot.max_opening());
+        let world = over_table(robot, 0.0);
         let near = robot.pose("home").unwrap_or_default().to_vec();
         let free = |q: &[f64]| world.free(q);
         let reaches = |distance: f64, pitch: f64| {
@@ -429,6 +453,17 @@ impl List<'_> {
             self.add("reach", Use::Pour, found);
         }
     }
+}
+
+/// Returns the robot over a table as high as its base, to which it is bolted, larger by `doubt` m on every side.
+fn over_table(robot: &Robot, doubt: f64) -> CollisionWorld<'_> {
+    let mut world = CollisionWorld::new(robot);
+    let half = Vector3::new(1.0, 1.0, 0.01) + Vector3::repeat(doubt);
+    let slab = Solid::Cuboid { half };
+    world.add(&Obstacle::new(TABLE, slab, Isometry3::translation(0.5, 0.0, -0.01)));
+    world.ignore(&robot.links()[0].name, TABLE);
+    world.set_opening(robot.max_opening());
+    world
 }
 
 /// Returns the link whose joint moves what this link is fixed to.

@@ -208,7 +208,7 @@ const WANTED: usize = 12;
 /// How far an arm may be from where it says before regression 3, m: twice the most that was seen in the laboratory (8
 /// to 19 mm, seeds 1 to 10 with `--without-regression 3`, `docs/results.md`). With half of it an arm that is a little
 /// worse touches things on its way, with twice as much the things on the table leave it no point to visit.
-const DOUBT: f64 = 0.04;
+pub const DOUBT: f64 = 0.04;
 
 /// How far beyond its rim, px, a ball is measured, and as much again for what its picture is blurred by.
 const BESIDE_PX: f64 = 8.0;

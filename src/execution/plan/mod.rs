@@ -37,7 +37,7 @@ use crate::motion::trajectory::{self, Trajectory};
 use crate::world::frame::{Base, Flange, Object, Tool, World};
 use crate::world::{Pose, Shape, WorldState};
 
-use crate::trace::{FARTHEST_TOLD, NoWay, Over, Why};
+use crate::trace::{FARTHEST_TOLD, NoWay, Over, TooNear, Why};
 
 use super::cell::Cell;
 use follow::follow;
@@ -359,7 +359,26 @@ impl Planner {
             free::plan(means, &solver, &world, start, &goals, cone, &settings, &self.budget);
         match found {
             Ok(path) => Ok(Way { out, on: path.corners }),
-            Err(error) => Err(NoWay { what: "to get there".to_owned(), why: error.into() }),
+            Err(error) => {
+                Err(NoWay { what: "to get there".to_owned(), why: self.why_no_path(error) })
+            }
+        }
+    }
+
+    /// Why a search found no path. All around is taken for larger by as much as the arm is in doubt; what is told are the
+    /// distances that there are.
+    fn why_no_path(&self, error: Error) -> Why {
+        let is_grown = |name: &str| {
+            self.robot().link(name).is_err() && self.state.held.as_deref() != Some(name)
+        };
+        match error {
+            Error::Collision { which, first, second, depth, margin }
+                if self.doubt > 0.0 && is_grown(&second) =>
+            {
+                let kept = margin + self.doubt;
+                Why::TooNear(TooNear { which, first, second, apart: kept - depth, kept })
+            }
+            other => other.into(),
         }
     }
 
