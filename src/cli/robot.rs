@@ -1,7 +1,7 @@
 //! `trueup robot`: kinematics, dynamics and planning of any robot with a URDF.
 
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
@@ -11,7 +11,7 @@ use crate::motion::fault::UrdfFault;
 use crate::motion::robot::{Motion, Robot};
 use crate::motion::{self, Budget, rrt};
 use crate::report::{Failure, Style};
-use crate::workcell::Stdlib;
+use crate::workcell::{RobotError, Stdlib};
 
 use super::answer::problem::Problem;
 use super::answer::robot as answer;
@@ -39,7 +39,7 @@ pub(super) enum RobotCommand {
 
 #[derive(Debug, Args)]
 pub(super) struct Which {
-    /// The robot; the stdlib's Gen3 when left out.
+    /// The robot: a URDF, a folder with one, or the name of a robot of the stdlib; the stdlib's Gen3 when left out.
     #[arg(long, value_name = "URDF")]
     robot_file: Option<PathBuf>,
     /// The link whose pose is meant; the Gen3's flange when left out, or the end of the chain.
@@ -112,23 +112,24 @@ const PROBLEM: &str = "it holds {\"start\": [..], \"goals\": [[..]], \"obstacles
 fn robot_of(which: &Which) -> Result<Robot, Failure> {
     let tip = which.tip.as_deref();
     match (&which.robot_file, tip) {
-        (Some(path), tip) => Robot::from_file(path, tip)
-            .map_err(|error| failure(&error).at(path.display().to_string())),
+        (Some(path), tip) => named(path, tip),
         (None, Some(tip)) => Robot::gen3_to(tip).map_err(|error| failure(&error)),
         (None, None) => Ok(Robot::gen3()),
     }
 }
 
-/// Reads the robot that is to be checked.
-fn checked(args: &CheckArgs) -> Result<Robot, Failure> {
-    let name = args.file.to_string_lossy();
-    let known = Stdlib::embedded().robot(&name);
-    if let (Ok(robot), false) = (known, args.file.exists()) {
-        return Ok(robot);
+/// Reads a robot from a URDF or the one in a folder; what is neither may be the name of a robot of the stdlib.
+fn named(path: &Path, tip: Option<&str>) -> Result<Robot, Failure> {
+    let place = path.display().to_string();
+    if !path.exists() {
+        match Stdlib::embedded().robot_to(&place, tip) {
+            Ok(robot) => return Ok(robot),
+            Err(RobotError::Text { error, .. }) => return Err(failure(&error).at(place)),
+            // Then it is a file that is not there.
+            Err(RobotError::None { .. }) => {}
+        }
     }
-    let tip = args.tip.as_deref();
-    Robot::from_file(&args.file, tip)
-        .map_err(|error| failure(&error).at(args.file.display().to_string()))
+    Robot::from_file(path, tip).map_err(|error| failure(&error).at(place))
 }
 
 fn failure(error: &motion::Error) -> Failure {
@@ -242,7 +243,7 @@ pub(super) fn robot(
             })
         }
         RobotCommand::Check(args) => {
-            let found = robot_check::check(&checked(args)?);
+            let found = robot_check::check(&named(&args.file, args.tip.as_deref())?);
             if style.json {
                 style.document(&found);
             } else {

@@ -80,7 +80,7 @@ pub use error::{Error, InTwin, NoCorners, NoRun, WhatIf};
 pub use learning::Learnt;
 pub use options::{CANDIDATES, Options};
 pub use outcome::{Aims, Ending, Run, State, Timing, Tried, Water};
-pub use stdlib::Stdlib;
+pub use stdlib::{RobotError, Stdlib};
 use texts::with_sources;
 pub use texts::{library, scene_of};
 

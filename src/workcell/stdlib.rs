@@ -132,6 +132,15 @@ impl Stdlib {
     ///
     /// `RobotError::None` with the names there are, or why the text is no robot.
     pub fn robot(&self, name: &str) -> Result<Robot, RobotError> {
+        self.robot_to(name, None)
+    }
+
+    /// As [`Self::robot`], up to the link `tip`, where one is named.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::robot`], and for a link that it does not have.
+    pub fn robot_to(&self, name: &str, tip: Option<&str>) -> Result<Robot, RobotError> {
         let folder = format!("robots/{name}/");
         let urdf = self.files.iter().find(|(path, _)| {
             path.starts_with(&folder) && Path::new(path).extension().is_some_and(|e| e == "urdf")
@@ -149,7 +158,7 @@ impl Stdlib {
             Some(folder) => mesh::beside(folder, name),
             None => mesh::nowhere(name),
         };
-        Robot::from_urdf_beside(urdf, side, None, &meshes)
+        Robot::from_urdf_beside(urdf, side, tip, &meshes)
             .map_err(|error| RobotError::Text { path: path.clone(), error })
     }
 

@@ -54,6 +54,24 @@ fn fk_agrees_with_the_reference_poses() {
     assert!(close(&xyz, &[-0.342_948_612_576, 0.078_961_164_678_8, 0.746_965_256_435], 1e-9));
 }
 
+/// `robot check panda` was answered, `robot fk --robot-file panda` was not.
+#[test]
+fn a_robot_of_the_stdlib_is_named_everywhere_alike() {
+    let scratch = Scratch::new("cli-fk-named");
+    let q = "0,-0.7,0,-2.3,0,1.5,0.7";
+    let fk = |which: &[&str]| {
+        let said = scratch.trueup(&[&["robot", "fk", "--q", q, "--json"][..], which].concat());
+        assert_eq!(said.code, 0, "{said:?}");
+        said.json()["poses"].clone()
+    };
+    let folder = crate::program::project("stdlib/robots/panda");
+    assert_eq!(fk(&["--robot-file", "panda"]), fk(&["--robot-file", &folder]));
+    let hand = fk(&["--robot-file", "panda", "--tip", "panda_hand"]);
+    assert_eq!(hand[0]["tip"], "panda_hand");
+    let said = scratch.trueup(&["robot", "fk", "--q", q, "--robot-file", "pandar"]);
+    assert_eq!(said.code, 2, "{said:?}");
+}
+
 #[test]
 fn gravity_torques_agree_with_the_reference() {
     let scratch = Scratch::new("cli-dynamics");
