@@ -6,6 +6,7 @@
 //! all folders, but each prompt takes back only what lies in its folder or was made from there. A file that was
 //! changed by anyone else since is left alone, and what was taken back stays in the list.
 
+use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -169,7 +170,8 @@ impl Edits {
             }
         };
         if let Some(later) = later {
-            words += &format!(
+            let _ = write!(
+                words,
                 " ({}, which {} changed later, is not of this folder: {} in {})",
                 later.path.display(),
                 later.by,

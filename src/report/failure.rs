@@ -293,6 +293,29 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
     help.to_owned()
 }
 
+/// Words why a cell could not be calibrated.
+fn calibration_failure(error: &calibrate::Error, words: String) -> Failure {
+    match error {
+        calibrate::Error::Picture(vision::Error::NoMarks { .. }) => {
+            Failure::no("align::failed", words)
+                .help("print more dots, spread over the table, and write their centres into the scene's `marks`")
+        }
+        calibrate::Error::Unseen { .. } | calibrate::Error::NoMarker => {
+            Failure::no("align::failed", words).help(
+                "is the ball on the link, at the place, of the size and colour that `[marker]` of the robot's `robot.toml` says, on a \
+                 side the camera sees? `--without-regression 3` does without it",
+            )
+        }
+        calibrate::Error::Picture(vision::Error::WrongSize { .. }) => {
+            Failure::unavailable("camera::picture", words).help(
+                "let the camera take pictures of that size, or give the scene's `camera` the size that it takes",
+            )
+        }
+        _ => Failure::no("align::failed", words)
+            .help("is the table in the picture, and do its dots match the scene's `marks`?"),
+    }
+}
+
 /// Words why a verb of the cell could not be done.
 pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
     use workcell::Error;
@@ -325,23 +348,7 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Robot(_) => Failure::input("scene::robot", words)
             .help("`--stdlib DIR` adds `DIR/robots/NAME/NAME.urdf` and its `robot.toml`"),
         Error::Lab(_) => Failure::input("lab::settings", words),
-        Error::Calibrate(calibrate::Error::Picture(vision::Error::NoMarks { .. })) => {
-            Failure::no("align::failed", words)
-                .help("print more dots, spread over the table, and write their centres into the scene's `marks`")
-        }
-        Error::Calibrate(calibrate::Error::Unseen { .. } | calibrate::Error::NoMarker) => {
-            Failure::no("align::failed", words).help(
-                "is the ball on the link, at the place, of the size and colour that `[marker]` of the robot's `robot.toml` says, on a \
-                 side the camera sees? `--without-regression 3` does without it",
-            )
-        }
-        Error::Calibrate(calibrate::Error::Picture(vision::Error::WrongSize { .. })) => {
-            Failure::unavailable("camera::picture", words).help(
-                "let the camera take pictures of that size, or give the scene's `camera` the size that it takes",
-            )
-        }
-        Error::Calibrate(_) => Failure::no("align::failed", words)
-            .help("is the table in the picture, and do its dots match the scene's `marks`?"),
+        Error::Calibrate(error) => calibration_failure(error, words),
         Error::NotSeen(object) => Failure::no("camera::not_seen", words)
             .at(object.clone())
             .help("clear the view and try again; nothing has moved towards it"),

@@ -49,7 +49,7 @@ pub enum Why {
     /// The search ended without a path.
     NoPath(String),
     /// Where the way begins or ends is nearer to something than is kept as long as the arm is not calibrated.
-    TooNear(TooNear),
+    TooNear(Box<TooNear>),
     /// It would not stand on the table.
     OffTable(OffTable),
     /// Nothing has room on the table where the arm sets things down of itself.
@@ -252,7 +252,7 @@ mod tests {
         assert!(tight.contains("too little room"), "{tight}");
         let near = |apart| {
             let (which, first, second) = ("start".into(), "cart".into(), "table".into());
-            said(Why::TooNear(TooNear { which, first, second, apart, kept: 0.04 }))
+            said(Why::TooNear(Box::new(TooNear { which, first, second, apart, kept: 0.04 })))
         };
         assert!(near(0.02).ends_with(
             "cart and table are 20 mm apart; 40 mm are kept until the arm is calibrated"

@@ -68,7 +68,7 @@ fn a_home_from_which_no_run_begins_is_told() {
             "<link name=\"arm\"><collision><origin xyz=\"0 0 {z}\"/><geometry><box size=\"0.2 0.2 0.1\"/></geometry>\
              </collision></link>"
         );
-        scratch.file("low.urdf", &BARE.replace("<link name=\"arm\"/>", &shape));
+        scratch.file("low.urdf", BARE.replace("<link name=\"arm\"/>", &shape));
         scratch.file("robot.toml", "[poses_deg]\nhome = [0]\n");
         let document = scratch.trueup(&["robot", "check", "low.urdf", "--json"]).json();
         let mut checks = document["checks"].as_array().unwrap().iter();

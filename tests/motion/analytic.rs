@@ -1,5 +1,7 @@
 //! Arms whose axes meet or run parallel: every solution, exactly; and arms where they do not.
 
+use std::fmt::Write as _;
+
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use trueup::motion::Robot;
@@ -56,14 +58,16 @@ fn urdf(joints: &[Joint], off: f64) -> String {
     let mut text = "<robot name=\"arm\"><link name=\"l0\"/>".to_owned();
     for (i, (at, [x, y, z], [lower, upper])) in joints.iter().enumerate() {
         let (next, at, rpy) = (i + 1, noisy(*at), noisy([0.0; 3]));
-        text += &format!(
+        let _ = write!(
+            text,
             "<link name=\"l{next}\"/><joint name=\"j{next}\" type=\"revolute\"><parent link=\"l{i}\"/><child link=\"l{next}\"/>
             <origin xyz=\"{at}\" rpy=\"{rpy}\"/><axis xyz=\"{x} {y} {z}\"/>
             <limit lower=\"{lower}\" upper=\"{upper}\" velocity=\"2\" effort=\"50\"/></joint>"
         );
     }
     let last = joints.len();
-    text += &format!(
+    let _ = write!(
+        text,
         "<link name=\"tool\"/><joint name=\"t\" type=\"fixed\"><parent link=\"l{last}\"/><child link=\"tool\"/>
         <origin xyz=\"0 0.02 0.1\" rpy=\"0.3 0.2 0.1\"/></joint></robot>"
     );

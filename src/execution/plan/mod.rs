@@ -376,7 +376,8 @@ impl Planner {
                 if self.doubt > 0.0 && is_grown(&second) =>
             {
                 let kept = margin + self.doubt;
-                Why::TooNear(TooNear { which, first, second, apart: kept - depth, kept })
+                let apart = kept - depth;
+                Why::TooNear(Box::new(TooNear { which, first, second, apart, kept }))
             }
             other => other.into(),
         }

@@ -281,7 +281,7 @@ impl Parts {
     /// Returns the effects with a name of which each may be all that is missing: one spring, one zero, the base's tilt.
     pub(super) fn each_named(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let tilt = self.named.end - TILT;
-        (self.named.start..tilt).map(|at| at..at + 1).chain([tilt..self.named.end])
+        (self.named.start..tilt).map(|at| at..at + 1).chain(std::iter::once(tilt..self.named.end))
     }
 
     /// Returns the directions in which only these numbers change.
