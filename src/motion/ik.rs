@@ -30,7 +30,7 @@ const SWIVELS: usize = 8;
 /// two degrees what they lean by in a hand, and a mug still stands.
 const NEAR: Give = Give { position: 1e-3, rotation: 0.035 };
 
-/// Starts of the numerical method where a closed form was asked already.
+/// Starts of the numerical method where a closed form was asked already, or there are few solutions.
 const FEW: usize = 12;
 
 /// A start that is farther outside a joint's limits, rad, is none: polishing moves a joint by less.
@@ -264,6 +264,8 @@ impl<'a> Solver<'a> {
     /// Returns from how many starts the numerical method tries what a closed form did not find.
     fn restarts(&self, most: usize, refused: bool) -> usize {
         match (&self.closed_form, &self.decomposition) {
+            // A pose that so few joints take at all they take in a way or two.
+            (None, None) if self.robot.n_joints() < 6 => most.min(FEW),
             (None, None) => most,
             (Some(_), _) if !refused => 0,
             // These are all there are.

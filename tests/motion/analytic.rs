@@ -145,8 +145,9 @@ fn what_an_arm_of_six_joints_cannot_reach_is_told_with_the_reason() {
     let robot = Robot::from_urdf(&urdf(&INDUSTRIAL, 0.0), None).unwrap();
     let solver = Solver::new(&robot);
     let middle = [0.0, -1.0, 1.0, 0.0, 0.5, 0.0];
-    // Joint 2 is 0.3 rad past its end; the other shoulder and elbow do not reach there either.
-    let beyond = robot.forward(&[0.1, 1.3, -0.9, 0.4, 0.5, 0.2]).unwrap();
+    // Joint 2 is 0.6 rad past its end with the arm stretched: the elbow has no other way, and the other shoulder would need
+    // joint 1 past its own end.
+    let beyond = robot.forward(&[0.1, 1.6, 0.09, 0.4, 0.5, 0.2]).unwrap();
     let why = solver.solve(&beyond, &Options::near(&middle), &|_| true).unwrap_err();
     assert_eq!(why.reason, Reason::Limits);
     let there = robot.forward(&middle).unwrap();
