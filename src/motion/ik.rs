@@ -2,8 +2,8 @@
 //!
 //! Arms with the Gen3's geometry have a [closed form](super::closed_form) with joint 3 free, which finds
 //! every solution of a sweep over joint 3. Arms whose axes meet or are parallel where it helps are
-//! [taken apart](super::decomposition): all solutions of six joints, and of seven those of a sweep over one. Every other
-//! chain is solved [numerically](super::descent) from many starts. A collision check is the caller's, by a filter.
+//! taken apart (`decomposition`): all solutions of six joints, and of seven those of a sweep over one. Every other
+//! chain is solved numerically (`descent`) from many starts. A collision check is the caller's, by a filter.
 
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
