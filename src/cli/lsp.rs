@@ -85,7 +85,7 @@ fn framed(from: &mut impl BufRead) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(body))
 }
 
-/// Tells the editor that a message cannot be read; whose answer it is nobody knows.
+/// Tells the editor that a message cannot be read; it answers no request by number.
 fn refuse(error: &serde_json::Error) -> io::Result<()> {
     let code = if error.is_data() { ErrorCode::InvalidRequest } else { ErrorCode::ParseError };
     let why = json!({"code": code as i32, "message": error.to_string()});

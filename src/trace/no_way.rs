@@ -98,7 +98,7 @@ pub struct OffTable {
     pub edge: f64,
 }
 
-/// Two things that are too near to each other as long as nobody knows how far the arm is from where it says.
+/// Two things that are too near to each other until the arm is calibrated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TooNear {
     /// Whether the way begins or ends there: "start" or "goal".

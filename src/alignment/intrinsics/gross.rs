@@ -17,7 +17,7 @@ pub(super) fn pairs(view: &View) -> Vec<Pair> {
     pairs.collect()
 }
 
-/// Returns which points of which views of a plane, seen from nobody knows where, are suspected: those that lie farther from the
+/// Returns which points of which views of a plane, whose place is not given, are suspected: those that lie farther from the
 /// consensus of their view than half of its points lie from its middle.
 pub(super) fn suspects(views: &[View]) -> Vec<(usize, usize)> {
     let of = |(view, seen): (usize, &View)| {
