@@ -192,7 +192,7 @@ impl Chain {
         }
     }
 
-    /// Returns the way from a point of axis `i` to axis `j`, along their common normal, and how far along `i` it begins, m.
+    /// Returns the point of axis `i` that is nearest to axis `j`, m.
     fn meeting(&self, i: usize, j: usize) -> Vector3<f64> {
         let (a, b) = (&self.axes[i], &self.axes[j]);
         let between = self.points[j] - self.points[i];

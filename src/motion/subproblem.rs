@@ -78,7 +78,7 @@ pub(super) fn to_height(
     angles.into_iter().flatten().flatten().map(move |angle| About::new(axis, angle))
 }
 
-/// Returns the turns about `axis` after which `v` ends as far from the point `-from` as `distance`.
+/// Returns the turns about `axis` after which the square of `from + v` is `squared`, two at most; by `near`, rad, where any does.
 pub(super) fn to_distance(
     axis: Vector3<f64>,
     v: &Vector3<f64>,

@@ -110,7 +110,8 @@ impl List<'_> {
             turns && !joint.continuous && most.is_finite() && most > MANY_TURNS
         });
         if !wide.is_empty() {
-            let found = format!("more than five turns each way, as degrees read as rad: {wide}");
+            let found =
+                format!("ends more than five turns from zero, as of degrees read as rad: {wide}");
             let write = "<limit lower=\"..\" upper=\"..\"/> in rad, or type=\"continuous\"";
             self.wrong(("ranges", State::Assumed, Use::Planning), found, write);
         } else if open.is_empty() {
@@ -490,4 +491,23 @@ fn bodies(robot: &Robot) -> Vec<Vec<usize>> {
     roots
         .map(|root| all.clone().filter(|&link| rigid_root(robot, link) == root).collect())
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_in_degrees_is_told_and_one_in_radians_is_not() {
+        let arm = |end: &str| {
+            let text = format!(
+                "<robot name=\"arm\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"revolute\"><parent link=\"a\"/>
+                <child link=\"b\"/><axis xyz=\"0 0 1\"/><limit lower=\"-{end}\" upper=\"{end}\" velocity=\"1\" effort=\"1\"/></joint></robot>"
+            );
+            let answer = check(&Robot::from_urdf(&text, None).unwrap());
+            let ranges = answer.checks.iter().find(|finding| finding.name == "ranges");
+            ranges.map(|finding| finding.state)
+        };
+        assert_eq!([arm("170"), arm("6.28")], [Some(State::Assumed), Some(State::Ok)]);
+    }
 }

@@ -128,10 +128,9 @@ pub(super) fn says_nothing(kind: &str, patch: &Patch) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::columns::Data;
     use super::super::edit::NewParam;
-    use super::super::fitting::{Bench, Fitted};
-    use super::super::simulate::{Hold, Scheme};
+    use super::super::fitting::Fitted;
+    use super::super::made::unseen;
     use super::*;
 
     fn number(neutral: Option<f64>, value: f64, std: f64) -> NewParam {
@@ -192,27 +191,7 @@ mod tests {
         let text = format!(
             "model m {{\n input u\n param c = free ~ 0.5\n state x = 0\n x' = u - x + c*{force}\n output x = x\n}}\n"
         );
-        let n = 50;
-        let data = Data {
-            name: String::new(),
-            time: (0..n).map(|i| f64::from(i) * 0.1).collect(),
-            inputs: vec![(0..n).map(|i| f64::from(i).sin()).collect()],
-            outputs: vec![vec![0.0; n as usize]],
-            noise: vec![0.01],
-            begins: true,
-        };
-        let bench = Bench {
-            train: vec![data.clone()],
-            held: vec![data],
-            rows: None,
-            most_rows: 5000,
-            scheme: Scheme { hold: Hold::Line, substeps: 1, shift: 0.0 },
-            all_starts_free: false,
-            scales: vec![1.0],
-            row: 0.1,
-            anchored: Vec::new(),
-            work: std::sync::Arc::default(),
-        };
+        let bench = unseen(50, 0.01, f64::sin);
         let compiled = bench.prepare(&text, "m").unwrap();
         let point = Point { params: vec![0.5], starts: vec![vec![None]] };
         let train = bench.task(&compiled).judge(&point).unwrap();
