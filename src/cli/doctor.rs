@@ -11,12 +11,13 @@ use serde_json::json;
 
 use crate::arm::{Camera as _, DeviceError, Scales as _};
 use crate::execution::error::ActionError;
-use crate::execution::script::readable;
+use crate::execution::lint::readable;
 use crate::execution::snapshot::{WebCamera, WebScales};
 use crate::http::Address;
 #[cfg(feature = "kortex")]
 use crate::kortex::supervisor::Supervisor;
 use crate::language::Diagnostic;
+use crate::language::ast::ActionItem;
 use crate::report::{Failure, Style};
 use crate::workcell::{Error, Stdlib, WorkCell, archive, check, library};
 
@@ -149,10 +150,16 @@ fn texts(stdlib: &Stdlib) -> Finding {
 }
 
 fn scripts(stdlib: &Stdlib) -> Finding {
+    let library = library(stdlib);
     let mut count = 0;
     for name in stdlib.script_names() {
         let text = stdlib.file(&format!("actions/{name}")).unwrap_or_default();
-        if let Err(error) = readable(name, text) {
+        let runs =
+            |action: &ActionItem| action.script.as_ref().is_some_and(|(file, _)| file == name);
+        let actions = library.actions().map(|(action, _)| action).filter(|action| runs(action));
+        let params =
+            actions.flat_map(|action| &action.params).map(|param| param.name.text.as_str());
+        if let Err(error) = readable(name, text, params) {
             return Finding::new("scripts", State::Wrong, error.to_string())
                 .help("mend the script at that line");
         }

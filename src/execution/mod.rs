@@ -29,6 +29,7 @@ mod worked;
 mod bounds;
 mod handle;
 mod words;
+pub mod lint;
 pub mod script;
 pub mod calibration;
 pub mod calibrate;

@@ -282,6 +282,12 @@ pub enum Mistake {
         /// How what is like it is written.
         meant: String,
     },
+    /// A word that there is not, and none is like it.
+    #[error("there is no word `{name}`")]
+    NoWord {
+        /// What was written.
+        name: String,
+    },
     /// It cannot be read, or misuses a word: what the engine says.
     #[error("{0}")]
     Engine(String),

@@ -73,20 +73,6 @@ impl ScriptError {
     }
 }
 
-/// Reads a script without running it.
-///
-/// # Errors
-///
-/// [`ScriptError::Wrong`] with the line that cannot be read.
-pub fn readable(file: &str, text: &str) -> Result<(), ScriptError> {
-    let wrong = |error: rhai::ParseError| ScriptError::Wrong {
-        file: file.to_owned(),
-        line: error.position().line().unwrap_or(0),
-        mistake: Mistake::Engine(error.err_type().to_string()),
-    };
-    bounds::engine().compile(text).map(|_| ()).map_err(wrong)
-}
-
 /// Runs action scripts over one action context.
 pub struct Scripts {
     engine: Engine,
@@ -154,7 +140,7 @@ impl Scripts {
 }
 
 /// Units as factors to SI, so that a script may write `12.0 * cm`.
-const UNITS: &[(&str, f64)] = &[
+pub(super) const UNITS: &[(&str, f64)] = &[
     ("m", 1.0),
     ("cm", 0.01),
     ("mm", 0.001),

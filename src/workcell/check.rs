@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::alignment::marks;
 use crate::discovery::vocabulary;
 use crate::execution::walk::Texts as _;
-use crate::execution::{script, uses};
+use crate::execution::{lint, uses};
 use crate::language::ast::{Conditions, Item, Program, Span, Step};
 use crate::language::names_in;
 use crate::language::{Diagnostic, Library, Scope, Source, nearest};
@@ -118,14 +118,12 @@ fn scripts(program: &Program, library: &Library, stdlib: &Stdlib) -> Vec<Diagnos
     for item in &program.items {
         let Item::Action(action) = item else { continue };
         let Some((name, span)) = &action.script else { continue };
-        if let Some(text) = library.scripts().get(name)
-            && let Err(error) = script::readable(name, text)
-        {
-            found.push(wording::unreadable_script(&error, *span));
-            continue;
-        }
-        if stdlib.script_names().any(|known| known == name) || library.scripts().contains_key(name)
-        {
+        let own = library.scripts().get(name).map(String::as_str);
+        if let Some(text) = own.or_else(|| stdlib.script(name)) {
+            let params = action.params.iter().map(|param| param.name.text.as_str());
+            if let Err(error) = lint::readable(name, text, params) {
+                found.push(wording::unreadable_script(&error, *span));
+            }
             continue;
         }
         let known = stdlib.script_names().chain(library.scripts().keys().map(String::as_str));

@@ -293,7 +293,7 @@ pub(super) fn unreadable_script(error: &impl Display, span: Span) -> Diagnostic 
     Diagnostic::error(
         "task::script",
         span,
-        format!("the script cannot be read: {error}"),
+        format!("the script cannot run: {error}"),
         "run here",
     )
     .help("correct that line of the script")

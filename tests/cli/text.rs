@@ -132,7 +132,7 @@ fn what_a_run_would_refuse_is_told_by_check() {
         "import \"broken.rhai\"\naction wave() { run \"broken.rhai\" limit 5 s }\n",
     );
     let wave = scratch.trueup(&["check", "wave.task"]);
-    assert!(wave.code != 0 && wave.out.contains("the script cannot be read"), "{wave:?}");
+    assert!(wave.code != 0 && wave.out.contains("the script cannot run"), "{wave:?}");
     scratch.file("zero.task", either);
     let zero = scratch.trueup(&["check", "zero.task"]);
     assert!(zero.code != 0 && zero.out.contains("every prior here is 0"), "{zero:?}");

@@ -8,6 +8,7 @@ use std::time::Duration;
 use trueup::arm::Cancel;
 use trueup::execution::decisions::DecisionLog;
 use trueup::execution::error::ActionError;
+use trueup::execution::lint::readable;
 use trueup::execution::refusal::Mistake;
 use trueup::execution::script::{ScriptError, ScriptValue, Scripts};
 use trueup::trace::{Event, Observer};
@@ -57,7 +58,7 @@ fn scripts_have_no_files_no_clock_and_no_other_scripts() {
     for text in ["import \"stolen\" as s;", "eval(\"1 + 1\");", "export let x = 1;"] {
         let (line, message) = wrong(&mut scripts, text);
         assert_eq!(line, 1, "{text}: {message}");
-        assert!(trueup::execution::script::readable("test.rhai", text).is_err(), "{text}");
+        assert!(readable("test.rhai", text, []).is_err(), "{text}");
     }
     for (text, word) in
         [("\nsleep(1);", "arm.wait"), ("\nsleep(0.5);", "arm.wait"), ("\ntimestamp();", "clock")]
@@ -69,6 +70,39 @@ fn scripts_have_no_files_no_clock_and_no_other_scripts() {
             }
             other @ ScriptError::Wrong { .. } => panic!("{text}: {other}"),
         }
+    }
+}
+
+/// What is misspelt shows before anything moves, also where a script seldom comes to.
+#[test]
+fn words_and_names_that_there_are_not_are_seen_without_running() {
+    for (text, line, says) in [
+        ("arm.openn();", 1, "there is no word `arm.openn`; did you mean `arm.open()`?"),
+        ("if 1 > 2 {\n  arm.moveby([0, 0, 0.1], 0.5);\n}", 2, "`arm.move_by(by, speed)`"),
+        ("fn f(x) { x + 1 }\nlet y = f(2);\nlet z = g(y);", 3, "there is no word `g`"),
+        (
+            "let ways = twin.grasps(cub, \"top\", 0.0);",
+            1,
+            "there is no word `cub`; did you mean `cube`?",
+        ),
+        ("arm.follow(twin.grasp(cube)[0].way_in, 0.5);", 1, "`twin.grasps(o, face, pitch)`"),
+        ("arm.look();", 1, "there is no word `arm.look`; did you mean `camera.look()`?"),
+        ("let p = arm.pose().movd([0, 0, 0.1]);", 1, "did you mean `pose.moved(by)`?"),
+        ("arm.open(0.5, 1);", 1, "it is written `arm.open()`"),
+    ] {
+        let said = readable("test.rhai", text, ["cube"]).unwrap_err().to_string();
+        assert!(said.starts_with(&format!("test.rhai:{line}: ")), "{text}: {said}");
+        assert!(said.contains(says), "{text}: {said}");
+    }
+    for text in [
+        "let w = choose(twin.grasps(cube, \"top\", 90 * deg)); arm.follow(w.way_in, 0.5);",
+        "let w = twin.grasps(cube, \"side\", 0.0).choose(); print(w.clearance.type_of());",
+        "fn twice(x) { x * 2 }\nlet m = #{ again: |x| x + 1 }; let y = twice(m.again.call(1)); y.twice();",
+        "let list = [3, 1, 2]; list.sort(); list.push(list.len()); for x in list { note(`${x}`); }",
+        "let p = pose([0.4, 0.0, 0.3], 0.0, 90 * deg).moved([0, 0, 0.1]); arm.line_to(p, 0.3);",
+        "try { arm.wait(0.1); } catch (why) { throw why; }",
+    ] {
+        readable("test.rhai", text, ["cube"]).unwrap();
     }
 }
 
