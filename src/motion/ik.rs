@@ -6,25 +6,20 @@
 //! chain is solved numerically (`descent`) from many starts. A collision check is the caller's, by a filter.
 
 use std::borrow::Cow;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 
-use super::closed_form::{ClosedForm, Looked, Wanted};
+use super::closed_form::ClosedForm;
 use super::decomposition::Decomposition;
 use super::descent::{Give, descend, random_configuration};
 use super::frames::Frame;
 use super::gate::Gate;
-use super::polish::polish;
 use super::robot::{JointLimits, Motion, Robot};
+use super::solutions::Search;
 use super::unreached::nearest_distance;
-use super::window;
 use crate::world::frame::{Base, Flange, Pose};
-
-/// Starts of the numerical method that differ from where the arm is in joint 3 alone: every 40 deg of a range of 330.
-/// Chosen: half of the solutions that are wanted come from them and half from anywhere, as another posture does.
-const SWIVELS: usize = 8;
 
 /// How near an arm with fewer joints than a pose has directions need come. Chosen: a millimetre is what things are seen to,
 /// two degrees what they lean by in a hand, and a mug still stands.
@@ -32,9 +27,6 @@ const NEAR: Give = Give { position: 1e-3, rotation: 0.035 };
 
 /// Starts of the numerical method where a closed form was asked already, or there are few solutions.
 const FEW: usize = 12;
-
-/// A start that is farther outside a joint's limits, rad, is none: polishing moves a joint by less.
-const FAR_OUTSIDE: f64 = 0.1;
 
 /// Limits are inclusive: rounding may put a solution at a limit this far past it, rad.
 pub(super) const SLACK: f64 = 1e-9;
@@ -106,7 +98,7 @@ pub struct Solver<'a> {
     /// Of an arm without that form, if it has one.
     decomposition: Option<Decomposition>,
     spans: Vec<Span>,
-    give: Give,
+    pub(super) give: Give,
 }
 
 /// What of a joint is asked for each solution.
@@ -243,7 +235,7 @@ impl<'a> Solver<'a> {
     }
 
     /// As [`Self::fit`], with limits that are wider by `slack` rad.
-    fn turned<Q: AsMut<[f64]>>(&self, mut q: Q, near: &[f64], slack: f64) -> Option<Q> {
+    pub(super) fn turned<Q: AsMut<[f64]>>(&self, mut q: Q, near: &[f64], slack: f64) -> Option<Q> {
         for ((x, near), span) in q.as_mut().iter_mut().zip(near).zip(&self.spans) {
             let (lower, upper) = (span.lower - slack, span.upper + slack);
             if span.turns {
@@ -308,186 +300,8 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// One search: what was found, and what was found wanting.
-struct Search<'s> {
-    solver: &'s Solver<'s>,
-    near: &'s [f64],
-    accept: &'s dyn Fn(&[f64]) -> bool,
-    found: Vec<Vec<f64>>,
-    /// A solution outside the limits was seen.
-    outside: bool,
-    /// The filter refused a solution.
-    refused: bool,
-    /// What the closed form gave, by the value of joint 3.
-    swept: Vec<(f64, Looked)>,
-}
-
-impl<'s> Search<'s> {
-    fn new(solver: &'s Solver<'s>, near: &'s [f64], accept: &'s dyn Fn(&[f64]) -> bool) -> Self {
-        let found = Vec::new();
-        Self { solver, near, accept, found, outside: false, refused: false, swept: Vec::new() }
-    }
-
-    fn take(&mut self, q: &[f64]) {
-        match self.solver.fit(q.to_vec(), self.near) {
-            None => self.outside = true,
-            Some(q) => self.offer(&q, 0),
-        }
-    }
-
-    /// Keeps a solution inside the limits, if it is unlike those found as number `from` and later and the filter takes
-    /// it.
-    fn offer(&mut self, q: &[f64], from: usize) {
-        if self.found[from..].iter().any(|other| distance(other, q) < 1e-6) {
-            return;
-        }
-        if (self.accept)(q) {
-            self.found.push(q.to_vec());
-        } else {
-            self.refused = true;
-        }
-    }
-
-    /// Asks the closed form: a sweep over joint 3, and if that finds nothing, what lies between its values.
-    fn closed(&mut self, form: &ClosedForm, gate: &Gate, target: &Frame, options: &Options) {
-        let robot = self.solver.robot;
-        let wanted = form.wanted(target, self.near);
-        self.sweep(form, &wanted, gate, options);
-        if self.found.is_empty() && self.outside {
-            // Where a joint crosses its limit: at a pose that only joints at their limits reach, a single value of
-            // joint 3 serves.
-            let swept = std::mem::take(&mut self.swept);
-            for q in window::crossings(robot, form, &wanted, gate, &swept) {
-                self.take(&q);
-            }
-        }
-    }
-
-    /// Tries the value of joint 3 at hand, then a full turn of it, coarse before fine.
-    fn sweep(&mut self, form: &ClosedForm, wanted: &Wanted, gate: &Gate, options: &Options) {
-        let solver = self.solver;
-        for q3 in self.values(2, options.sweep) {
-            let looked = form.branches(solver.robot, wanted, q3, Some(gate));
-            if self.take_nearest(&looked, options.enough) {
-                return;
-            }
-            if self.found.is_empty() {
-                if self.swept.is_empty() {
-                    // Most that get here try them all.
-                    self.swept.reserve(options.sweep.min(128) + 1);
-                }
-                self.swept.push((q3, looked));
-            }
-        }
-    }
-
-    /// Returns the values of a joint to be tried: the one at hand, then those of a full turn inside its limits, coarse
-    /// before fine.
-    fn values(&self, joint: usize, sweep: usize) -> impl Iterator<Item = f64> + use<'s> {
-        let (near, limits) = (self.near[joint], &self.solver.robot.joints()[joint]);
-        (0..=sweep).filter_map(move |k| {
-            let value = if k == 0 { near } else { near + TAU * coarse_to_fine(k) };
-            let value = if limits.continuous { value } else { wrap(value) };
-            (limits.lower..=limits.upper).contains(&value).then_some(value)
-        })
-    }
-
-    /// Asks an arm that comes apart: all its solutions, or those at the values tried of the joint it has to spare.
-    fn by_parts(&mut self, parts: &Decomposition, target: &Frame, options: &Options) {
-        let (solver, near) = (self.solver, self.near);
-        let values: Vec<f64> = match parts.held() {
-            Some(held) => self.values(held, options.sweep).collect(),
-            None => vec![0.0],
-        };
-        for value in values {
-            let mut starts = Vec::with_capacity(8);
-            parts.solve(target, value, near, &mut |q| match solver.turned(q, near, FAR_OUTSIDE) {
-                Some(q) => starts.push((distance(&q, near), q)),
-                None => self.outside = true,
-            });
-            starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-            // Other values of the joint that is held give other solutions.
-            let first = self.found.len();
-            for (_, mut q) in starts {
-                if !polish(solver.robot, target, &mut q, &parts.six) {
-                    continue;
-                }
-                match solver.fit(q, near) {
-                    Some(q) => self.offer(&q, first),
-                    None => self.outside = true,
-                }
-                if self.found.len() >= options.enough {
-                    return;
-                }
-            }
-        }
-    }
-
-    /// Takes what fits of one value of joint 3, nearest first; returns whether there is enough.
-    fn take_nearest(&mut self, looked: &Looked, enough: usize) -> bool {
-        let mut fit = [[0.0; 7]; 8];
-        let mut order = [(0.0, 0); 8];
-        let mut n = 0;
-        for (branch, beyond) in looked.branches.iter().zip(looked.beyond) {
-            let Some(q) = branch else {
-                self.outside |= beyond.is_finite();
-                continue;
-            };
-            let Some(q) = self.solver.fit(*q, self.near) else {
-                self.outside = true;
-                continue;
-            };
-            // Sorted in: there are eight at most, and those alike keep their order.
-            let far = distance(&q, self.near);
-            let mut at = n;
-            while at > 0 && order[at - 1].0 > far {
-                order[at] = order[at - 1];
-                at -= 1;
-            }
-            (fit[n], order[at]) = (q, (far, n));
-            n += 1;
-        }
-        // Other values of joint 3 give other solutions.
-        let first = self.found.len();
-        for (_, which) in &order[..n] {
-            self.offer(&fit[*which], first);
-            if self.found.len() >= enough {
-                return true;
-            }
-        }
-        false
-    }
-
-    fn descend(&mut self, target: &Frame, options: &Options, restarts: usize) {
-        let robot = self.solver.robot;
-        let ranges: Vec<_> = robot.joints().iter().map(|j| (j.lower, j.upper)).collect();
-        let mut random = StdRng::seed_from_u64(options.seed);
-        // Many starts end in the same few solutions; a handful is enough to choose from.
-        let enough = options.enough.min(8);
-        // An arm with a joint to spare has the nearest solutions with its elbow turned; joint 3 turns it.
-        let is_swept = self.solver.closed_form.is_some();
-        let swivels = if robot.n_joints() > 6 && !is_swept { SWIVELS } else { 0 };
-        let mut q = self.near.to_vec();
-        for start in 1..=restarts {
-            if descend(robot, target, &mut q, Some(&ranges), self.solver.give) {
-                self.take(&q.clone());
-            }
-            if self.found.len() >= enough {
-                return;
-            }
-            if start <= swivels {
-                q.copy_from_slice(self.near);
-                let (low, high) = (ranges[2].0.max(-PI), ranges[2].1.min(PI));
-                q[2] = low + (high - low) * coarse_to_fine(start);
-            } else {
-                q = random_configuration(robot, &mut random);
-            }
-        }
-    }
-}
-
 /// The largest difference of any joint.
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
@@ -495,17 +309,4 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 pub(super) fn wrap(angle: f64) -> f64 {
     // Nearly all are there already, and rounding is a call on most processors.
     if angle.abs() < 3.0 { angle } else { angle - TAU * (angle / TAU).round() }
-}
-
-/// The k-th number of a sequence that fills (0, 1) ever more finely (van der Corput, base 2).
-fn coarse_to_fine(k: usize) -> f64 {
-    let (mut k, mut value, mut digit) = (k, 0.0, 0.5);
-    while k > 0 {
-        if k % 2 == 1 {
-            value += digit;
-        }
-        digit *= 0.5;
-        k /= 2;
-    }
-    value
 }

@@ -55,6 +55,7 @@ pub mod closed_form;
 mod axes;
 mod triangles;
 mod window;
+mod solutions;
 mod descent;
 mod subproblem;
 mod decomposition;
