@@ -3,7 +3,9 @@
 //! After each step a fluent either stayed as it was, which needs no explanation, or an action explains it by what
 //! it `gives`. What is neither is one of four: a *failed effect* was declared and did not come about; a *missing
 //! effect* happened where it was measured and not in the twin; a *phantom effect* only in the twin; an
-//! *undeclared effect* in both, so that the twin knows what the language does not say.
+//! *undeclared effect* in both, so that the twin knows what the language does not say. Which of the last three it is
+//! is judged by the runs in which both could be told: what nobody measured is not absent, and what was never
+//! simulated is not missing in the twin. Where there is no such run nothing is said.
 //!
 //! Source: Fire and Zhu, "Learning Perceptual Causality from Video", 2016: inertia and causes as one Or.
 
@@ -132,8 +134,14 @@ fn change(step: &str, fluent: &str, becomes: bool, seen: &[Seen<'_>]) -> Option<
         of: seen.iter().filter(|seen| value(seen).is_some()).count(),
     };
     let (arm, there) = (of(&measured), of(&twin));
-    let share = |count: Count| count.had as f64 / count.of.max(1) as f64;
-    let kind = match share(arm).total_cmp(&share(there)) {
+    let both: Vec<(bool, bool)> =
+        seen.iter().filter_map(|seen| measured(seen).zip(twin(seen))).collect();
+    let on_arm = both.iter().filter(|(arm, _)| *arm).count();
+    let in_twin = both.iter().filter(|(_, twin)| *twin).count();
+    if on_arm + in_twin == 0 {
+        return None;
+    }
+    let kind = match on_arm.cmp(&in_twin) {
         std::cmp::Ordering::Greater => Kind::Missing,
         std::cmp::Ordering::Less => Kind::Phantom,
         std::cmp::Ordering::Equal => Kind::Undeclared,

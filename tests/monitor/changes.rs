@@ -108,3 +108,33 @@ fn the_same_call_made_twice_is_two_places() {
     assert_eq!(changes.len(), 1, "{changes:#?}");
     assert_eq!((changes[0].fluent.as_str(), changes[0].number), ("wet", 3));
 }
+
+/// `upright(b)` was unknown on the arm after every step: `gap` called it a phantom, "in the twin only", with "0 of 0" beside it.
+#[test]
+fn what_nobody_could_tell_on_the_arm_is_no_phantom() {
+    let unknown = || run(true, (true, None), (false, false));
+    let runs = [unknown(), unknown()];
+    let named: Vec<(&str, &[StepRecord])> =
+        ["a", "b"].into_iter().zip(runs.iter().map(|run| &run[..])).collect();
+    assert!(unexplained(&named).is_empty());
+    // A run in which it could be told decides for all of them.
+    let told = [unknown(), run(true, (true, Some(true)), (false, false))];
+    let named: Vec<(&str, &[StepRecord])> =
+        ["a", "b"].into_iter().zip(told.iter().map(|run| &run[..])).collect();
+    let changes = unexplained(&named);
+    let wet = of(&changes, "wet");
+    assert_eq!(
+        (wet.kind, wet.measured, wet.twin.of),
+        (Kind::Undeclared, Count { had: 1, of: 1 }, 2)
+    );
+}
+
+/// Steps that were never simulated were missing effects, one and all.
+#[test]
+fn what_was_never_simulated_is_not_missing_in_the_twin() {
+    let mut bare = run(true, (true, Some(true)), (false, false));
+    for row in bare.iter_mut().flat_map(|step| &mut step.fluents) {
+        row.twin = None;
+    }
+    assert!(unexplained(&[("a", &bare[..])]).is_empty());
+}
