@@ -279,6 +279,8 @@ impl<'a> Walker<'a> {
         why: &ActionError,
     ) -> Result<Done, ActionError> {
         let lines = self.scripts.context().script_lines();
+        // What was on its way when it was cut short is in doubt before anything is read.
+        self.scripts.context().body().cut_short();
         let broken = Some(Cause::from(why.clone()).into());
         let end = End { stopped: true, broken, lines, ..End::default() };
         self.done(pg, index, begin, watched, end)

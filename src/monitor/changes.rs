@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::trace::{FluentRow, Measure, StepRecord};
+use crate::trace::{FluentRow, Measure, Outcome, StepRecord};
 
 /// What a change that is not explained is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -71,14 +71,14 @@ struct Seen<'a> {
 }
 
 /// Returns what no step explains, over all runs; each is its name with its steps. Most frequent first, what the
-/// twin lacks before what it has too.
+/// twin lacks before what it has too. A step that was stopped says nothing: the twin is beyond where the arm came to rest.
 pub fn unexplained(runs: &[(&str, &[StepRecord])]) -> Vec<Change> {
     // A step is the same in two runs when it is the same call, the second of a kind when it is the second.
     let mut places: BTreeMap<(String, usize, String), Vec<Seen<'_>>> = BTreeMap::new();
     for (name, steps) in runs {
         let mut before: BTreeMap<&str, (Option<bool>, Option<bool>)> = BTreeMap::new();
         let mut times: BTreeMap<&str, usize> = BTreeMap::new();
-        for step in *steps {
+        for step in steps.iter().filter(|step| step.outcome != Outcome::Stopped) {
             let time = times.entry(&step.action).or_insert(0);
             *time += 1;
             for row in &step.fluents {

@@ -6,6 +6,7 @@ mod amount;
 mod arm_fit;
 mod called;
 mod contract;
+mod cut_short;
 mod during;
 mod dial;
 mod kortex;

@@ -138,3 +138,11 @@ fn what_was_never_simulated_is_not_missing_in_the_twin() {
     }
     assert!(unexplained(&[("a", &bare[..])]).is_empty());
 }
+
+/// Ctrl-C in the middle of a turn: the twin had poured by the end of that step, and `pouring(jar, cup)` was called a phantom.
+#[test]
+fn a_step_that_was_stopped_says_nothing_of_the_twin() {
+    let mut stopped = run(true, (true, Some(false)), (false, false));
+    stopped[1].outcome = Outcome::Stopped;
+    assert!(unexplained(&[("a", &stopped[..])]).is_empty());
+}
