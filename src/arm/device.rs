@@ -196,4 +196,10 @@ pub trait Film: Send {
 pub trait Scales: Send {
     /// Reads them, or `None` where there are none.
     fn weigh(&mut self) -> Option<Weighing>;
+
+    /// Returns the vessel on the scale with a cable, whose reading is recorded while the arm moves
+    /// ([`Feedback::mass`]); `None` without one.
+    fn with_cable(&self) -> Option<String> {
+        None
+    }
 }

@@ -109,4 +109,8 @@ impl Scales for LabScales {
         let read = lock(&self.0).scales();
         Some(Weighing { water: read.water, spilt: read.spilt })
     }
+
+    fn with_cable(&self) -> Option<String> {
+        lock(&self.0).scale_under().map(str::to_owned)
+    }
 }

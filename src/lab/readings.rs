@@ -92,6 +92,13 @@ impl Lab {
         }
     }
 
+    /// Returns the vessel that stands on the kitchen scale with a cable, if one does: whoever put it there knows.
+    pub fn scale_under(&self) -> Option<&str> {
+        let under = self.settings.scale.under.as_str();
+        let state = self.world.state();
+        state.object(under).is_some_and(|object| object.water.is_some()).then_some(under)
+    }
+
     /// What the kitchen scale reads, kg; one gram a millilitre.
     fn scale(&self) -> Option<f64> {
         let Scale { under, sigma_kg, step_kg } = &self.settings.scale;

@@ -6,11 +6,11 @@
 use crate::discovery::recording::sidecar::{Carried, TorqueSensor};
 use crate::discovery::recording::{Recording, Segment};
 use crate::motion::Robot;
-use crate::trace::{Outcome, StepRecord};
+use crate::trace::{Deed, Outcome, StepRecord};
 use crate::units::Dimension;
 use crate::world::{Object, Scene, WATER_DENSITY};
 
-use super::{Run, wording};
+use super::{Run, poured, wording};
 
 /// A scale is read so often, s.
 const SCALE: f64 = 0.1;
@@ -38,17 +38,20 @@ pub fn carried(run: &Run, recording: &mut Recording, robot: &Robot, scene: &Scen
     if !own.carried.is_empty() {
         return;
     }
-    let stretches = stretches(&run.steps);
-    let mut carried: Vec<Carried> =
-        stretches.iter().filter_map(|stretch| one(stretch, robot, scene)).collect();
-    for carried in &mut carried {
-        weighed(carried, recording);
+    let scale = poured::scale_under(run);
+    let mut carried = Vec::new();
+    for stretch in stretches(&run.steps) {
+        let Some(mut one) = one(&stretch, robot, scene) else { continue };
+        if stretch.goes_into(&scale) {
+            weighed(&mut one, recording);
+        }
+        carried.push(one);
     }
     recording.sidecar.carried = carried;
 }
 
-/// Takes what was inside from a scale under the other vessel, if one was read: what it gained is no longer in the
-/// hand. That says when it left, which the states before and after a step do not.
+/// Takes what was inside from the scale under the vessel that it was poured into, if one was read: what that gained is no
+/// longer in the hand. That says when it left, which the states before and after a step do not.
 fn weighed(carried: &mut Carried, recording: &Recording) {
     let (Some(first), Some(last)) = (carried.contents_kg.first(), carried.contents_kg.last())
     else {
@@ -78,6 +81,18 @@ struct Stretch<'a> {
     name: &'a str,
     steps: &'a [StepRecord],
     left: Option<&'a StepRecord>,
+}
+
+impl Stretch<'_> {
+    /// Returns whether all that was poured meanwhile went into `vessel`, as far as the steps say.
+    fn goes_into(&self, vessel: &str) -> bool {
+        let deeds = self.steps.iter().flat_map(StepRecord::deeds);
+        let mut targets = deeds.filter_map(|deed| match deed {
+            Deed::Turned { source, target } if source == self.name => Some(target),
+            _ => None,
+        });
+        targets.all(|target| target == vessel)
+    }
 }
 
 fn stretches(steps: &[StepRecord]) -> Vec<Stretch<'_>> {

@@ -104,6 +104,11 @@ fn of_lab(lab: SharedLab) -> Devices {
     }
 }
 
+/// Returns the vessel that stands on a laboratory's scale with a cable unless its settings name another.
+pub(super) fn usually_on_the_scale() -> String {
+    LabSettings::default().scale.under
+}
+
 /// A laboratory without a program: its arm to be put behind a controller, its camera and scales beside it.
 pub struct Laboratory {
     /// The robot as its file says.

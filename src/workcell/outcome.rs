@@ -168,6 +168,10 @@ pub struct Run {
     /// What the scales say at the end, where there are scales.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub water: Option<Water>,
+    /// The vessel on the scale whose reading was recorded while the arm moved, where there was one. Records of older
+    /// programs do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale_under: Option<String>,
     /// How evenly positions were streamed to the arm, where they were.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stream: Option<Pacing>,
@@ -201,6 +205,7 @@ impl Run {
             rehearsals: Vec::new(),
             parse_graphs: Vec::new(),
             water: None,
+            scale_under: None,
             stream: None,
             timing_s: Timing::default(),
             run_dir: None,

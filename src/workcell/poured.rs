@@ -1,7 +1,7 @@
 //! A pour taken out of a run folder: what `gap` compares with its model of pouring.
 //!
 //! From the recorded joints and where the source was when the fingers took it follow its tilt, and where
-//! what leaves its lip falls; the scale's reading stands beside them. Nothing else of the run is used.
+//! what leaves its lip falls; the reading of the scale under the target stands beside them. Nothing else of the run is used.
 
 use nalgebra::{Point3, Vector3};
 
@@ -13,7 +13,7 @@ use crate::trace::{Deed, StepRecord};
 use crate::units::{Dimension, Unit};
 use crate::world::{Object, Pose, Scene, WATER_DENSITY};
 
-use super::{Run, Water, weighed, wording};
+use super::{Run, Water, devices, weighed, wording};
 
 /// Kept before the vessel begins to turn, s.
 const BEFORE: f64 = 2.0;
@@ -29,7 +29,7 @@ const STRETCH: f64 = 0.05;
 /// # Errors
 ///
 /// An [`Error`] for a run whose recording does not hold the joints of this robot, or objects that the
-/// scene does not have.
+/// scene does not have, or for a pour that went into another vessel than the one on the scale: how it ran nobody recorded.
 pub fn pour(
     run: &Run,
     arm: &Recording,
@@ -42,6 +42,11 @@ pub fn pour(
     };
     let takes = run.steps[..turns].iter().rposition(took);
     let (Some(takes), true) = (takes, arm.has("mass")) else { return Ok(None) };
+    let under = scale_under(run);
+    if under != target {
+        let what = wording::scale_elsewhere(source, target, &under);
+        return Err(Error::new(what, &arm.name, wording::put_on_the_scale(target)));
+    }
     let (turn, grasp) = (&run.steps[turns], &run.steps[takes]);
     let missing = |name: &str| {
         let what = wording::not_in_scene(name, &scene.name);
@@ -130,6 +135,11 @@ pub fn pour(
     });
     let time = arm.time[rows].to_vec();
     Ok(Some(Recording { name: arm.name.clone(), time, columns, sidecar, notes: arm.notes.clone() }))
+}
+
+/// Returns the vessel on the scale whose reading a run recorded: of records that do not say, the usual one.
+pub(super) fn scale_under(run: &Run) -> String {
+    run.scale_under.clone().unwrap_or_else(devices::usually_on_the_scale)
 }
 
 /// Returns what a vessel held when a run ended, mL, by the scales under it; records of older programs name none but the

@@ -122,7 +122,8 @@ impl WorkCell {
     fn nothing_done(&self, call: &Call) -> Run {
         let (seed, robot) = (self.setup.seed, self.setup.robot_name.clone());
         let state = State::Running;
-        Run { state, seed, robot, ..Run::so_far(&text::call(call), &[]) }
+        let scale_under = self.scales.as_ref().and_then(|scales| scales.with_cable());
+        Run { state, seed, robot, scale_under, ..Run::so_far(&text::call(call), &[]) }
     }
 
     fn carry(

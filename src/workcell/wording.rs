@@ -214,6 +214,21 @@ pub(super) fn weigh_it() -> String {
         .to_owned()
 }
 
+/// The scale that is read while the arm moves stood elsewhere.
+pub(super) fn scale_elsewhere(source: &str, target: &str, under: &str) -> String {
+    format!(
+        "`{source}` was poured into `{target}`, and the scale that is read meanwhile stood under `{under}`: how it ran is not recorded, \
+         and cannot be judged"
+    )
+}
+
+/// What helps then.
+pub(super) fn put_on_the_scale(target: &str) -> String {
+    format!(
+        "pour with `{target}` on the scale (`scale.under` of the laboratory's settings); `RUN/arm.csv` is looked at as the arm's motion"
+    )
+}
+
 /// The recording has no joints.
 pub(super) fn no_joints_recorded() -> String {
     "the run's recording has no joint positions".to_owned()

@@ -25,7 +25,7 @@ fn code(path: &Path) -> String {
 /// with an arm, a camera and kitchen scales know what it returns?
 const ASKED: &[&str] = &[
     "new", "photo", "shutter", "film", "command", "grip", "offer", "stop", "advance", "feedback",
-    "scales", "time", "water_in",
+    "scales", "scale_under", "time", "water_in",
 ];
 
 #[test]

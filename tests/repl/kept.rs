@@ -183,6 +183,7 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
             log_p: 0.0,
         }],
         water: None,
+        scale_under: None,
         stream: None,
         timing_s: Timing { total: 12.0, execute: 8.0, ..Timing::default() },
         run_dir: None,

@@ -9,6 +9,7 @@ mod fork;
 mod lines;
 mod links;
 mod places;
+mod poured;
 mod recovery;
 mod conduct;
 mod corrected;
