@@ -315,7 +315,7 @@ const EXPLAINED: f64 = 0.5;
 /// More effects than this that together do not explain it are no lead either.
 const LEADS: usize = 2;
 
-/// A gap that is smaller than this many times the noise is told as explained; it is at the noise or near it.
+/// What leaves less than this many times the noise is near it, and is told by its names with the part that they explain.
 const NEAR_NOISE: f64 = 2.0;
 
 /// Noise estimated from a channel is that near to what it is.
@@ -348,16 +348,17 @@ fn verdict(
     if ambiguous {
         return estimates(Verdict::Ambiguous, Reason::Doubt);
     }
-    let is_small = gap.after.heldout < NEAR_NOISE;
-    let rest = gap.after.heldout;
-    if gap.shrink_heldout < EXPLAINED && !is_small {
+    let (part, rest) = (gap.shrink_heldout, gap.after.heldout);
+    // What is left near the noise may be little explained, but not by nothing.
+    let is_small = rest < ESTIMATED || (rest < NEAR_NOISE && part > 0.0);
+    if part < EXPLAINED && !is_small {
         let is_lead = effects.len() <= LEADS;
         let verdict = if is_lead { Verdict::Unknown } else { Verdict::ModelInadequate };
         let at = &most_of(at);
-        return estimates(verdict, Reason::TooLittle { explained: gap.shrink_heldout, rest, at });
+        return estimates(verdict, Reason::TooLittle { explained: part, rest, at });
     }
-    let explained =
-        if is_small { Explained::All } else { Explained::Part { part: gap.shrink_heldout, rest } };
+    let is_all = rest < ESTIMATED || (is_small && part >= EXPLAINED);
+    let explained = if is_all { Explained::All } else { Explained::Part { part, rest } };
     let unnamed = effects.iter().filter(|effect| effect.name == "unknown").count();
     if unnamed == effects.len() {
         return estimates(Verdict::Unknown, Reason::Formula(explained));

@@ -1,7 +1,5 @@
 //! From recordings of an arm to a finding: lays the arm out along them, searches, answers.
 
-use rayon::prelude::*;
-
 use super::against::hints;
 use super::arm_finding::{answer, different, loaded, synonym};
 use super::channels::Quantity;
@@ -418,11 +416,7 @@ fn searched(
             outcome = other;
         }
     }
-    let ties = outcome.rivals.iter_mut().filter(|rival| rival.behind < options.tie);
-    let told = [&mut outcome.nothing, &mut outcome.best].into_iter().chain(&mut outcome.without);
-    let told: Vec<_> = told.chain(ties.map(|rival| &mut rival.hypothesis)).collect();
-    told.into_par_iter().for_each(|hypothesis| selection::judge(gap, hypothesis));
-    Ok((outcome, Some(fitted)))
+    Ok((selection::upheld(gap, &fitted, outcome, options), Some(fitted)))
 }
 
 /// Returns the motion that would settle the first doubt, if there is a doubt and such a motion.

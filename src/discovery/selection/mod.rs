@@ -24,6 +24,7 @@ mod rounds;
 mod screen;
 mod search;
 mod steady;
+mod upheld;
 mod wording;
 
 use nalgebra::DMatrix;
@@ -37,6 +38,7 @@ pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
 pub use search::{is_sensible, search};
 pub use steady::{judge, judged, left, path, reported, split};
+pub use upheld::upheld;
 
 /// How a parameter enters, and on what scale.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -114,11 +114,21 @@ pub fn judged<G: Residuals>(
 }
 
 /// The same for all that is told of an outcome: rivals that are far behind are told by their names.
-pub(super) fn judge_all<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
+pub(super) fn judge_told<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
+    told(outcome, options).into_par_iter().for_each(|hypothesis| judge(gap, hypothesis));
+}
+
+/// Returns the hypotheses of which something is told.
+fn told<'o, T>(outcome: &'o mut Outcome<T>, options: &Options) -> Vec<&'o mut Hypothesis<T>> {
     let ties = outcome.rivals.iter_mut().filter(|rival| rival.behind < options.tie);
     let chosen = [&mut outcome.nothing, &mut outcome.best].into_iter().chain(&mut outcome.without);
-    let told: Vec<_> = chosen.chain(ties.map(|rival| &mut rival.hypothesis)).collect();
-    told.into_par_iter()
+    chosen.chain(ties.map(|rival| &mut rival.hypothesis)).collect()
+}
+
+/// Works out what all that is told of an outcome leaves of the data that decide nothing.
+pub(super) fn judge_all<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
+    told(outcome, options)
+        .into_par_iter()
         .for_each(|h| h.unseen = square(gap, reported(gap), &h.terms, &h.parameters));
 }
 
