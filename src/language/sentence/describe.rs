@@ -257,6 +257,10 @@ fn related(
             let things = resolve::objects(part, None, "", with)?;
             if is_borne {
                 let is_there = |one: &Found| {
+                    // Nothing is on itself.
+                    if things.iter().all(|thing| thing.value == one.value) {
+                        return Some(false);
+                    }
                     let spot = (with.spot)(&one.value)?;
                     Some(things.iter().any(|thing| spot.on.as_ref() == Some(&thing.value)))
                 };

@@ -92,8 +92,10 @@ pub(super) fn filled(
             let unsaid = way.iter().filter(|(_, said, _)| said.is_empty());
             let unsaid = unsaid.map(|(slot, _, value)| format!("{slot}: {value}"));
             let defaults: Vec<String> = unsaid.chain(defaults).collect();
+            let understood = way.len();
             let way = way.iter().filter(|(_, said, _)| !said.is_empty()).cloned().collect();
-            checked(line, &template.text, way, defaults, with)
+            let call = checked(line, &template.text, way, defaults, with);
+            call.map_err(|hindrance| Hindrance { after: understood, ..hindrance })
         })
         .collect();
     readings(calls, question)

@@ -1,7 +1,8 @@
 //! What is in the hand after some calls, by what their tasks promise; and which calls it stands in the way of.
 //!
 //! "pick up the jar and put it on the tray": after `pick(jar)`, which gives `holding(jar)`, it is placed; `put` needs an
-//! empty hand. What a task does not promise is not known, and stands in the way of nothing.
+//! empty hand. What a task does not promise is not known, and stands in the way of nothing. "Take the jar and pour it into
+//! the cup" is `pour(jar, cup)`, which needs an empty hand as well and takes the jar itself.
 
 use super::super::ast::{BinaryOp, Call, Expr, ExprKind, Param};
 use super::super::library::Library;
@@ -40,6 +41,33 @@ pub(super) fn can_begin(call: &Call, hand: &Hand, library: &Library) -> bool {
             Hand::Holds(held) => is_held == (thing == "any" || *held == thing),
         })
     })
+}
+
+/// Whether a call begins by taking what another only takes: it needs an empty hand, and promises that this is not in the hand in
+/// the end.
+pub(super) fn takes_again(take: &Call, call: &Call, library: &Library) -> bool {
+    let Some(thing) = taken(take, library) else { return false };
+    let Some((callable, _)) = library.callable(&call.name.text) else { return false };
+    let mut given = call.args.iter().flat_map(|arg| &arg.values);
+    let mut promises = callable.conditions().gives.iter().flat_map(parts);
+    given.any(|value| value.kind == ExprKind::Name(thing.clone()))
+        && promises.any(|part| {
+            of(part, call, callable.params())
+                .is_some_and(|(left, is_held)| !is_held && (left == "any" || left == thing))
+        })
+        && can_begin(call, &Hand::Empty, library)
+        && !can_begin(call, &Hand::Holds(thing), library)
+}
+
+/// Returns what a call takes into the hand, if its task promises nothing else.
+fn taken(take: &Call, library: &Library) -> Option<String> {
+    let (callable, _) = library.callable(&take.name.text)?;
+    let promises = callable.conditions().gives.iter().flat_map(parts);
+    let said: Option<Vec<_>> = promises.map(|part| of(part, take, callable.params())).collect();
+    match said?.as_slice() {
+        [(thing, true)] => Some(thing.clone()),
+        _ => None,
+    }
 }
 
 /// Returns the thing that a condition is about and whether it is to be held; `None` where it is not about the hand.

@@ -26,6 +26,7 @@ use super::builtins::Ty;
 use super::parse::parse_line;
 use super::text;
 use fill::{Reading, filled, taught};
+use hand::Hand;
 pub use knowledge::{Knowledge, Phrase, Spot, Thing};
 use resolve::Hindrance;
 pub use template::{Reach, Template, Whole, Wrong};
@@ -192,6 +193,15 @@ pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
         return asked;
     }
     match one(&said, with) {
+        // Nothing is in the hand that nobody spoke of, unless what is known of the arm says so.
+        Meaning::Ambiguous { question, choices } if with.it.is_none() => {
+            let mut able = sequence::able(choices, Some(&Hand::Empty), with);
+            if able.len() == 1 {
+                alone(able.swap_remove(0), with)
+            } else {
+                Meaning::Ambiguous { question, choices: able }
+            }
+        }
         whole @ (Meaning::Clear(_) | Meaning::Ambiguous { .. }) => whole,
         whole => sequence::understand(&said, with).unwrap_or(whole),
     }
@@ -307,15 +317,19 @@ fn conclude(
         }
     }
     if readings.len() == 1 {
-        let reading = readings.swap_remove(0);
-        return match hindrance(&reading, with) {
-            Some(why) => Meaning::Impossible { why, help: None },
-            None => Meaning::Clear(reading),
-        };
+        return alone(readings.swap_remove(0), with);
     }
     readings.truncate(MOST_CHOICES);
     let question = question.unwrap_or_else(|| "which of these?".into());
     Meaning::Ambiguous { question, choices: readings }
+}
+
+/// Concludes from the only reading that is left.
+fn alone(reading: Understood, with: &Knowledge<'_>) -> Meaning {
+    match hindrance(&reading, with) {
+        Some(why) => Meaning::Impossible { why, help: None },
+        None => Meaning::Clear(reading),
+    }
 }
 
 /// Whether a reading takes words for a description that chooses nothing, and another reading puts them to use: "put the mug

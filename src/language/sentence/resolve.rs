@@ -113,6 +113,11 @@ pub(super) fn objects(
     if by_name.is_ok() {
         return by_name;
     }
+    if let Some(word) = broken_off(said, &phrase) {
+        let kind = kind.unwrap_or(builtins::OBJECT);
+        let why = format!("the name of a thing is missing after \"{word}\"");
+        return Err(Hindrance::new(why, list(kind, with.library, with.things)));
+    }
     super::describe::described(&phrase, kind, slot, with).unwrap_or(by_name)
 }
 
@@ -163,6 +168,16 @@ fn of(kind: &str) -> String {
 const BEHIND: &[&str] = &[
     "to", "up", "with", "in", "into", "on", "onto", "at", "until", "by", "for", "from", "of", "off",
 ];
+
+/// The same that may also end what is said: "pick the jar up".
+const ENDINGS: &[&str] = &["up", "off", "in", "on", "by"];
+
+/// Returns the word after which the name of a thing is missing: `to` of `cube next to`, where the sentence ends too early.
+fn broken_off<'s>(said: &'s str, phrase: &str) -> Option<&'s str> {
+    let last = said.rsplit(' ').next().unwrap_or(said);
+    let is_open = BEHIND.contains(&last) && (phrase == last || !ENDINGS.contains(&last));
+    (phrase.is_empty() || is_open).then_some(last)
+}
 
 /// Returns words that follow the name of a thing and were not understood: `to brink` of `cup to brink`.
 fn not_understood<'p>(phrase: &'p str, things: &[Thing]) -> Option<(&'p str, &'p str)> {

@@ -1,12 +1,13 @@
 //! Several wishes in one sentence: "pick up the jar, then put it down" → `pick(jar) then place(jar)`.
 //!
 //! A sentence is cut where a word joins two wishes, if each part by itself is one. Each part may call what the part
-//! before it handled "it".
+//! before it handled "it". Who says "take the jar and pour it" means one thing to do: what takes something itself is not
+//! told to take it first.
 
 use super::super::ast::ExprKind;
 use super::hand::{self, Hand};
 use super::knowledge::Knowledge;
-use super::{MOST_CHOICES, Meaning, Understood, nearest_sentence, one};
+use super::{MOST_CHOICES, Meaning, Understood, alone, nearest_sentence, one};
 
 /// Words between two wishes; the longer before those that they hold.
 const JOINS: &[&str] = &[" and after that ", " after that ", " and then ", " then ", " and "];
@@ -17,22 +18,20 @@ const MOST_WISHES: usize = 8;
 pub(super) fn understand(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
     let Some(parts) = cut(said, with, MOST_WISHES) else { return broken_off(said, with) };
     let mut question = None;
-    let mut ways: Vec<Option<Understood>> = vec![None];
+    let mut ways: Vec<Vec<Understood>> = vec![Vec::new()];
     for part in parts {
         let mut longer = Vec::new();
         for way in ways {
             // Whether a later wish can be done is known when those before it are; what they leave in the hand tells which was meant.
-            let hand = way.as_ref().and_then(|way| {
-                way.calls.iter().fold(None, |hand, call| hand::after(call, hand, with.library))
-            });
-            let touched = way.as_ref().map(touched).unwrap_or_default();
+            let hand = in_hand(&way, with);
+            let touched: Vec<&str> = way.iter().flat_map(touched).collect();
             let later = Knowledge {
-                it: way.as_ref().and_then(handled).or(with.it),
+                it: way.last().and_then(handled).or(with.it),
                 spot: &|name| (with.spot)(name).filter(|_| !touched.contains(&name)),
                 hindrance: &|_| None,
                 ..*with
             };
-            let meaning = one(part, if way.is_none() { with } else { &later });
+            let meaning = one(part, if way.is_empty() { with } else { &later });
             let readings = match meaning {
                 Meaning::Clear(reading) => vec![reading],
                 Meaning::Ambiguous { question: which, choices } => {
@@ -42,20 +41,33 @@ pub(super) fn understand(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
                 }
                 hindered => return Some(hindered),
             };
-            longer.extend(readings.into_iter().map(|reading| Some(after(way.as_ref(), reading))));
+            longer.extend(readings.into_iter().map(|reading| followed(&way, reading, with)));
         }
         longer.truncate(MOST_CHOICES);
         ways = longer;
     }
-    let mut ways: Vec<Understood> = ways.into_iter().flatten().collect();
+    let mut ways: Vec<Understood> = ways.into_iter().filter_map(joined).collect();
     Some(match (ways.len(), question) {
-        (1, _) | (_, None) => Meaning::Clear(ways.swap_remove(0)),
+        (1, _) | (_, None) => alone(ways.swap_remove(0), with),
         (_, Some(question)) => Meaning::Ambiguous { question, choices: ways },
     })
 }
 
+/// Returns what is in the hand after some wishes, or before the first when nothing was said to be.
+fn in_hand(way: &[Understood], with: &Knowledge<'_>) -> Option<Hand> {
+    if way.is_empty() {
+        return with.it.is_none().then_some(Hand::Empty);
+    }
+    let calls = way.iter().flat_map(|wish| &wish.calls);
+    calls.fold(None, |hand, call| hand::after(call, hand, with.library))
+}
+
 /// Keeps the readings that can begin with that in the hand, if any can.
-fn able(choices: Vec<Understood>, hand: Option<&Hand>, with: &Knowledge<'_>) -> Vec<Understood> {
+pub(super) fn able(
+    choices: Vec<Understood>,
+    hand: Option<&Hand>,
+    with: &Knowledge<'_>,
+) -> Vec<Understood> {
     let Some(hand) = hand else { return choices };
     let is_able = |reading: &Understood| {
         let first = reading.calls.first();
@@ -63,6 +75,16 @@ fn able(choices: Vec<Understood>, hand: Option<&Hand>, with: &Knowledge<'_>) -> 
     };
     let able: Vec<Understood> = choices.iter().filter(|one| is_able(one)).cloned().collect();
     if able.is_empty() { choices } else { able }
+}
+
+/// Returns wishes with one more, which takes the place of the last where it takes by itself what that would take.
+fn followed(way: &[Understood], next: Understood, with: &Knowledge<'_>) -> Vec<Understood> {
+    let is_taken_again = |last: &Understood| match (&last.calls[..], next.calls.first()) {
+        ([take], Some(call)) => hand::takes_again(take, call, with.library),
+        _ => false,
+    };
+    let kept = way.len() - usize::from(way.last().is_some_and(is_taken_again));
+    way[..kept].iter().cloned().chain([next]).collect()
 }
 
 /// Names the part that is not understood, where the first is and something follows it.
@@ -93,17 +115,18 @@ fn touched(before: &Understood) -> Vec<&str> {
     named.collect()
 }
 
-/// Returns one reading after another.
-fn after(before: Option<&Understood>, next: Understood) -> Understood {
-    let Some(before) = before else { return next };
-    let joined = |a: &str, b: &str, by: &str| format!("{a}{by}{b}");
-    Understood {
-        text: joined(&before.text, &next.text, " then "),
-        calls: before.calls.iter().cloned().chain(next.calls).collect(),
-        template: joined(&before.template, &next.template, "\", \""),
-        slots: before.slots.iter().cloned().chain(next.slots).collect(),
-        defaults: before.defaults.iter().cloned().chain(next.defaults).collect(),
-    }
+/// Returns wishes as one reading; `None` of none.
+fn joined(wishes: Vec<Understood>) -> Option<Understood> {
+    wishes.into_iter().reduce(|before, next| {
+        let text = |a: &str, b: &str, by: &str| format!("{a}{by}{b}");
+        Understood {
+            text: text(&before.text, &next.text, " then "),
+            calls: before.calls.into_iter().chain(next.calls).collect(),
+            template: text(&before.template, &next.template, "\", \""),
+            slots: before.slots.into_iter().chain(next.slots).collect(),
+            defaults: before.defaults.into_iter().chain(next.defaults).collect(),
+        }
+    })
 }
 
 /// Cuts a sentence into parts that each are like a sentence that is known, the first as short as it can be.
