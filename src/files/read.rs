@@ -1,9 +1,10 @@
 //! Reading what somebody named: regular files below a size, nothing that never ends.
 //!
 //! A named pipe would be waited for and `/dev/zero` read until the memory is full; both are refused before
-//! they are opened, and a file that grows while it is read stops at the limit.
+//! they are opened, and a file that grows while it is read stops at the limit. A text may come through a pipe that
+//! the program was started with, as a shell's `<(…)`: somebody writes it, and it stops at the limit as well.
 
-use std::fs::{self, File};
+use std::fs::{self, File, Metadata};
 use std::io::{self, BufRead, Read as _};
 use std::path::Path;
 
@@ -21,11 +22,16 @@ pub const DATA: u64 = 2 << 30;
 /// [`io::ErrorKind::InvalidInput`] for what is no regular file, [`io::ErrorKind::FileTooLarge`] for a larger
 /// one, and what the file system says.
 pub fn open(path: &Path, limit: u64) -> io::Result<File> {
+    open_where(path, limit, &|_| false)
+}
+
+/// As [`open`], also of what is no regular file, if it `may` be read.
+fn open_where(path: &Path, limit: u64, may: &dyn Fn(&Metadata) -> bool) -> io::Result<File> {
     let facts = fs::metadata(path)?;
     if facts.is_dir() {
         return Err(Unread::Directory.into());
     }
-    if !facts.is_file() {
+    if !facts.is_file() && !may(&facts) {
         return Err(Unread::Irregular.into());
     }
     if facts.len() > limit {
@@ -40,28 +46,51 @@ pub fn open(path: &Path, limit: u64) -> io::Result<File> {
 ///
 /// As [`open`].
 pub fn bytes(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    all(open(path, limit)?, limit)
+}
+
+/// Reads all of a file of at most `limit` bytes.
+fn all(file: File, limit: u64) -> io::Result<Vec<u8>> {
     let mut found = Vec::new();
-    open(path, limit)?.take(limit + 1).read_to_end(&mut found)?;
+    file.take(limit + 1).read_to_end(&mut found)?;
     if found.len() as u64 > limit { Err(Unread::TooLarge(limit).into()) } else { Ok(found) }
 }
 
-/// Reads a text of at most [`TEXT`] bytes.
+/// Reads a text of at most [`TEXT`] bytes, also from a pipe that the program was started with.
 ///
 /// # Errors
 ///
 /// As [`open`]; [`io::ErrorKind::InvalidData`] for what is not UTF-8.
 pub fn text(path: &Path) -> io::Result<String> {
-    text_of(path, TEXT)
+    let file = open_where(path, TEXT, &|facts| is_handed_over(path, facts))?;
+    utf8(all(file, TEXT)?)
 }
 
-/// As [`text`], with a limit of its own, bytes.
+/// Reads a text file with a limit of its own, bytes.
 ///
 /// # Errors
 ///
-/// As [`text`].
+/// As [`open`]; [`io::ErrorKind::InvalidData`] for what is not UTF-8.
 pub fn text_of(path: &Path, limit: u64) -> io::Result<String> {
-    let found = bytes(path, limit)?;
+    utf8(bytes(path, limit)?)
+}
+
+fn utf8(found: Vec<u8>) -> io::Result<String> {
     String::from_utf8(found).map_err(|_| Unread::NotText.into())
+}
+
+/// Whether a path is a pipe that is open already, by the names that systems give what a program was started with.
+#[cfg(unix)]
+fn is_handed_over(path: &Path, facts: &Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+
+    const OPEN: [&str; 3] = ["/dev/fd", "/proc/self/fd", "/dev/stdin"];
+    facts.file_type().is_fifo() && OPEN.iter().any(|folder| path.starts_with(folder))
+}
+
+#[cfg(not(unix))]
+fn is_handed_over(_: &Path, _: &Metadata) -> bool {
+    false
 }
 
 /// Reads one line of what is typed or piped in, with its end; empty when there is no more.
@@ -110,5 +139,20 @@ mod tests {
             let device = text(Path::new("/dev/zero")).unwrap_err();
             assert_eq!(device.kind(), io::ErrorKind::InvalidInput);
         }
+    }
+
+    /// `trueup run <(cat a.task)` was refused as a device.
+    #[cfg(unix)]
+    #[test]
+    fn a_text_comes_through_a_pipe_that_is_open_already() {
+        use std::io::Write as _;
+        use std::os::fd::AsRawFd as _;
+
+        let (reads, mut writes) = io::pipe().unwrap();
+        writes.write_all(b"home()").unwrap();
+        drop(writes);
+        let path = format!("/dev/fd/{}", reads.as_raw_fd());
+        assert_eq!(bytes(Path::new(&path), 9).unwrap_err().kind(), io::ErrorKind::InvalidInput);
+        assert_eq!(text(Path::new(&path)).unwrap(), "home()");
     }
 }
