@@ -4,7 +4,7 @@ use crate::language::ast::{Expr, ExprKind, Step};
 use crate::language::{self, Source, builtins, text};
 use crate::report::exit::Exit;
 use crate::report::{self, Failure};
-use crate::workcell::check::check_step;
+use crate::workcell::{self, check::check_step};
 
 use super::Session;
 use super::commands::COMMANDS;
@@ -93,14 +93,29 @@ impl Session<'_, '_> {
 
     /// What a quantity is now, with all its digits or as people say it.
     fn measured(&mut self, value: &Expr, is_whole: bool) -> Result<String, Failure> {
-        let worth = self.bench.cell()?.quantity(value);
-        let worth = worth.map_err(|error| report::cell_failure(&error, self.style))?;
-        worth
-            .map(|worth| if is_whole { text::quantity(worth) } else { worth.to_string() })
-            .ok_or_else(|| {
-                let words = format!("unknown: `{}` has not been measured", text::expr(value));
-                Failure::no("repl::unknown_value", words)
-                    .help("give a value such as `40 mL`, or `:look` first")
-            })
+        let style = self.style;
+        let cell = self.bench.cell()?;
+        let failed = |error: workcell::Error| report::cell_failure(&error, style);
+        if let Some(worth) = cell.quantity(value).map_err(failed)? {
+            return Ok(if is_whole { text::quantity(worth) } else { worth.to_string() });
+        }
+        let asks = value.calls();
+        let help = if asks.contains(&"spilt") {
+            "no camera measures spilt water; the end of a run tells it where there are scales"
+                .to_owned()
+        } else if asks.iter().any(|name| matches!(*name, "volume" | "filled")) {
+            match cell.tilted_vessel().map_err(failed)? {
+                Some(held) => format!(
+                    "no camera measures water; `untilt({held})` brings the {held} upright and weighs what is left in it"
+                ),
+                None => "no camera measures water: it is weighed in the hand while it is poured; give a value such \
+                         as `40 mL`"
+                    .to_owned(),
+            }
+        } else {
+            "give a value such as `40 mL`, or `:look` first".to_owned()
+        };
+        let words = format!("unknown: `{}` has not been measured", text::expr(value));
+        Err(Failure::no("repl::unknown_value", words).help(help))
     }
 }

@@ -280,6 +280,17 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
         Why::Blocked { .. } | Why::NoPath(_) | Why::NotWithin(_) => {
             "move what is in the way, or make room around it"
         }
+        Why::Tilted(tilted) => {
+            let held = &tilted.held;
+            return if tilted.is_vessel {
+                format!("bring it upright first, with `untilt({held})`")
+            } else {
+                format!("bring `{held}` upright first")
+            };
+        }
+        Why::IntoHeld { held, .. } => {
+            return format!("put down what is in the hand first, with `place({held})`");
+        }
         Why::TooNear(_) => "make room around the arm, or bring it elsewhere first",
         Why::OffTable(_) => "name a place on the table, away from its edge",
         Why::NoFreePlace => "make room on the table, or say where to put it with `at:`",
@@ -410,6 +421,7 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trace::{NoWay, Tilted};
     use crate::units::{Dimension, Quantity};
 
     fn unmet(condition: &str, margin: Option<f64>) -> Unmet {
@@ -426,6 +438,13 @@ mod tests {
         assert_eq!(way_out(&Cause::Needs(unmet("upright(jar)", None)), None), "make it true first");
         let heavy = way_out(&Cause::TooHeavy("too heavy".into()), None);
         assert!(heavy.contains("lighter"), "{heavy}");
+        let no_way = |why| Cause::NoWay(NoWay { what: "to get there".into(), why });
+        let (held, angle, most) = ("jar".to_owned(), 0.9, 0.14);
+        let tilted = Tilted { held: held.clone(), is_vessel: true, angle, most };
+        assert!(way_out(&no_way(Why::Tilted(tilted)), None).ends_with("`untilt(jar)`"));
+        let says = "the goal is in collision: shoulder_link and jar overlap by 16.3 mm".into();
+        let home = no_way(Why::IntoHeld { held, says });
+        assert!(way_out(&home, None).ends_with("`place(jar)`"));
         let poured = Cause::Promise(unmet("volume(cup) >= 81 mL", Some(-27e-6)));
         let water = |spilt| InTwin { vessels: vec![("cup".into(), 54e-6)], spilt };
         assert!(way_out(&poured, Some(&water(25e-6))).contains("wider vessel"));

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::arm::Pacing;
 use crate::trace::{DuringRow, Event, FluentRow, Measure, Observer, Outcome, StepRecord};
 use crate::units::Unit;
-use crate::workcell::{Ending, Run, State, Water};
+use crate::workcell::{Ending, Run, State, TILTED, Water};
 
 use super::{Style, complain, shown as plainly};
 
@@ -325,8 +325,6 @@ pub fn pacing(told: &Pacing) -> String {
 
 /// Returns the vessel that a run which was stopped or failed has left tilted in the hand.
 fn left_tilted(run: &Run) -> Option<&str> {
-    /// Less is how it is carried, rad.
-    const TILTED: f64 = 0.35;
     if !matches!(run.outcome, Ending::Stopped | Ending::Failure | Ending::Unavailable) {
         return None;
     }

@@ -12,6 +12,6 @@ mod step;
 pub use event::{Event, Nobody, Observer, Still, Tryout, jpeg, small_jpeg};
 pub use failure::{Cause, Mistimed, Overdue, Place, Shared, StepFailure, Unmet, Unrehearsed};
 pub use line::{Call, Deed, Line};
-pub use no_way::{FARTHEST_TOLD, NoWay, OffTable, Over, TooNear, Why};
+pub use no_way::{FARTHEST_TOLD, NoWay, OffTable, Over, Tilted, TooNear, Why};
 pub use rows::{DuringRow, Fared, FluentRow, Measure, TermRow};
 pub use step::{Outcome, StepRecord};

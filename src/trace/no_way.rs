@@ -48,6 +48,15 @@ pub enum Why {
     },
     /// The search ended without a path.
     NoPath(String),
+    /// What is in the hand is tilted further than it may be carried.
+    Tilted(Tilted),
+    /// Where the way begins or ends, the arm runs into what is in its hand.
+    IntoHeld {
+        /// What is in the hand.
+        held: String,
+        /// What overlaps, and by how much.
+        says: String,
+    },
     /// Where the way begins or ends is nearer to something than is kept as long as the arm is not calibrated.
     TooNear(Box<TooNear>),
     /// It would not stand on the table.
@@ -98,6 +107,19 @@ pub struct OffTable {
     pub edge: f64,
 }
 
+/// A thing in the hand that is tilted further than it may be carried.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tilted {
+    /// The thing.
+    pub held: String,
+    /// Whether it is a vessel.
+    pub is_vessel: bool,
+    /// How far from upright it is, rad.
+    pub angle: f64,
+    /// How far from upright it may be on the way, rad.
+    pub most: f64,
+}
+
 /// Two things that are too near to each other until the arm is calibrated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TooNear {
@@ -137,6 +159,17 @@ impl std::fmt::Display for OffTable {
             None => write!(f, "every place there is off the table, or too near its edge"),
         }?;
         write!(f, "; the table is from x = {x0:.0} to {x1:.0} cm and y = {y0:.0} to {y1:.0} cm")
+    }
+}
+
+impl std::fmt::Display for Tilted {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (angle, most) = (self.angle.to_degrees(), self.most.to_degrees());
+        let held = &self.held;
+        write!(
+            f,
+            "`{held}` is tilted by {angle:.1} deg, and is carried within {most:.1} deg of upright"
+        )
     }
 }
 
@@ -207,7 +240,10 @@ impl std::fmt::Display for NoWay {
             Why::NoFreePlace => {
                 write!(f, "no place on the table that the arm reaches with ease has room for it")
             }
-            Why::NoPath(why) => write!(f, "no path was found ({why})"),
+            Why::NoPath(says) | Why::IntoHeld { says, .. } => {
+                write!(f, "no path was found ({says})")
+            }
+            Why::Tilted(tilted) => write!(f, "{tilted}"),
             Why::TooNear(near) => write!(f, "{near}"),
             Why::Topples { height, most, friction } => write!(
                 f,
@@ -259,6 +295,12 @@ mod tests {
         ));
         assert!(near(1e-9).contains("cart and table touch;"), "{}", near(1e-9));
         assert!(near(-0.01).contains("overlap by 10 mm"));
+        let (held, angle, most) = ("jar".into(), 0.8936, 8_f64.to_radians());
+        let tilted = said(Why::Tilted(Tilted { held, is_vessel: true, angle, most }));
+        assert!(
+            tilted
+                .ends_with("`jar` is tilted by 51.2 deg, and is carried within 8.0 deg of upright")
+        );
         let table = [[0.0, -0.38], [1.0, 0.38]];
         let off = |at| said(Why::OffTable(OffTable { at: Some(at), table, edge: 0.04 }));
         assert!(off([1.6, 0.0]).contains("(160.0, 0.0) cm is off the table"));

@@ -78,6 +78,7 @@ use roles::{Audience, Controls, Experience, Model, Setup};
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
 pub use error::{Error, InTwin, NoCorners, NoRun, WhatIf};
 pub use learning::Learnt;
+pub use needs::TILTED;
 pub use options::{CANDIDATES, Options};
 pub use outcome::{Aims, Ending, Run, State, Timing, Tried, Water};
 pub use stdlib::{RobotError, Stdlib};

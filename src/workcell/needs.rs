@@ -11,6 +11,9 @@ use super::{Error, WorkCell};
 
 /// A vessel with less in it is empty, m³: a drop and a half, which is what stays on its walls.
 const DRY: f64 = 0.1e-6;
+/// Up to so much a vessel in the hand is tilted while it is carried, rad. Chosen: 20 deg; what is carried keeps within 8 deg of
+/// upright, and what pours is tilted further than this.
+pub const TILTED: f64 = 0.35;
 
 impl WorkCell {
     /// Returns what a condition is worth now.
@@ -35,6 +38,20 @@ impl WorkCell {
         let scene = self.model.cell.scene.clone();
         let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, &state);
         Ok(reader.quantity(expr, &state))
+    }
+
+    /// Returns the vessel in the hand that is tilted further than one is carried, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer.
+    pub fn tilted_vessel(&mut self) -> Result<Option<String>, Error> {
+        let state = self.state()?;
+        let Some(held) = state.held.clone().filter(|held| self.is_vessel(held)) else {
+            return Ok(None);
+        };
+        let pose = state.object(&held).and_then(|object| object.world_from_object);
+        Ok(pose.is_some_and(|pose| pose.tilt() > TILTED).then_some(held))
     }
 
     /// Returns why a call cannot be done as far as is known now: which of its needs is false. What only a picture tells

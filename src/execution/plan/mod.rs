@@ -11,6 +11,7 @@ mod follow;
 mod grasp;
 mod grip;
 mod hollow;
+mod no_path;
 mod place;
 mod pour;
 mod push;
@@ -37,7 +38,7 @@ use crate::motion::trajectory::{self, Trajectory};
 use crate::world::frame::{Base, Flange, Object, Tool, World};
 use crate::world::{Pose, Shape, WorldState};
 
-use crate::trace::{FARTHEST_TOLD, NoWay, Over, TooNear, Why};
+use crate::trace::{FARTHEST_TOLD, NoWay, Over, Why};
 
 use super::cell::Cell;
 use follow::follow;
@@ -365,24 +366,6 @@ impl Planner {
         }
     }
 
-    /// Why a search found no path. All around is taken for larger by as much as the arm is in doubt; what is told are the
-    /// distances that there are.
-    fn why_no_path(&self, error: Error) -> Why {
-        let is_grown = |name: &str| {
-            self.robot().link(name).is_err() && self.state.held.as_deref() != Some(name)
-        };
-        match error {
-            Error::Collision { which, first, second, depth, margin }
-                if self.doubt > 0.0 && is_grown(&second) =>
-            {
-                let kept = margin + self.doubt;
-                let apart = kept - depth;
-                Why::TooNear(Box::new(TooNear { which, first, second, apart, kept }))
-            }
-            other => other.into(),
-        }
-    }
-
     /// Returns whether the limits let a dense path pass: a smooth curve through points that keep inside a joint's
     /// range may swing past its end where the arm's elbow is shifted.
     fn passes(&self, path: &[Vec<f64>]) -> bool {
@@ -414,16 +397,6 @@ impl Planner {
             least = least.min(nearest.distance);
         }
         Some(least)
-    }
-}
-
-impl From<Error> for Why {
-    fn from(error: Error) -> Self {
-        match error {
-            Error::Cancelled => Self::Stopped,
-            Error::Spent { seconds } => Self::NotWithin(seconds),
-            other => Self::NoPath(other.to_string()),
-        }
     }
 }
 

@@ -45,6 +45,39 @@ pub struct Expr {
     pub span: Span,
 }
 
+impl Expr {
+    /// Returns the names of what it calls and of the members it asks for; parameters and constants are none.
+    pub fn calls(&self) -> Vec<&str> {
+        let mut found = Vec::new();
+        self.collect_calls(&mut found);
+        found
+    }
+
+    fn collect_calls<'e>(&'e self, found: &mut Vec<&'e str>) {
+        match &self.kind {
+            ExprKind::Call(call) => {
+                found.push(&call.name.text);
+                let values = call.args.iter().flat_map(|arg| &arg.values);
+                values.for_each(|value| value.collect_calls(found));
+            }
+            ExprKind::Member(of, name) => {
+                found.push(&name.text);
+                of.collect_calls(found);
+            }
+            ExprKind::Not(of) | ExprKind::Negate(of) => of.collect_calls(found),
+            ExprKind::Binary(a, _, b) | ExprKind::Within(a, b) => {
+                a.collect_calls(found);
+                b.collect_calls(found);
+            }
+            ExprKind::Literal(_)
+            | ExprKind::Text(_)
+            | ExprKind::Bool(_)
+            | ExprKind::Name(_)
+            | ExprKind::Bad => {}
+        }
+    }
+}
+
 /// The forms of an expression.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum ExprKind {

@@ -21,8 +21,7 @@ impl Checker<'_> {
             self.settled_in(right);
             return;
         }
-        let mut called = Vec::new();
-        calls(expr, &mut called);
+        let called = expr.calls();
         let all_settled = called.iter().all(|name| SETTLED.contains(name));
         let Some(first) = called.first().filter(|_| all_settled) else { return };
         let text = self.source.slice(expr.span);
@@ -38,29 +37,5 @@ impl Checker<'_> {
             }
             _ => found.help("promise something that a step brings about"),
         });
-    }
-}
-
-/// Collects the names of what an expression calls; parameters and constants are none.
-fn calls<'e>(expr: &'e Expr, into: &mut Vec<&'e str>) {
-    match &expr.kind {
-        ExprKind::Call(call) => {
-            into.push(&call.name.text);
-            call.args.iter().flat_map(|arg| &arg.values).for_each(|value| calls(value, into));
-        }
-        ExprKind::Member(of, name) => {
-            into.push(&name.text);
-            calls(of, into);
-        }
-        ExprKind::Not(of) | ExprKind::Negate(of) => calls(of, into),
-        ExprKind::Binary(a, _, b) | ExprKind::Within(a, b) => {
-            calls(a, into);
-            calls(b, into);
-        }
-        ExprKind::Literal(_)
-        | ExprKind::Text(_)
-        | ExprKind::Bool(_)
-        | ExprKind::Name(_)
-        | ExprKind::Bad => {}
     }
 }
