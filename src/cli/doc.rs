@@ -29,10 +29,11 @@ pub(super) fn doc(args: &DocArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     let stdlib = stdlib(cli)?;
     let mut library = library(&stdlib);
     let mut scope = library.scope(library.default_scene());
+    let mut first = None;
     for path in cli.cell.scene.iter().chain(&args.file) {
         let source = Source::new(path.display().to_string(), read(path)?);
         let file = library.add_with(source, &|path| stdlib.read(path));
-        scope = check::scope_of(&library, file);
+        scope = check::scope_of(&library, *first.get_or_insert(file));
     }
     let Some(name) = &args.name else {
         let tasks = library.tasks().map(|(t, _)| ("task", &t.name.text, &t.params, &t.doc));

@@ -6,9 +6,10 @@ use clap::{Args, ValueEnum};
 
 use crate::graph::{self, Graph, InScene, exchange};
 use crate::language::ast::{Item, Program, Span, Step};
+use crate::language::library::DEFAULT_SCENE;
 use crate::language::{self, Diagnostic, Library, Source, text};
 use crate::report::{self, Failure, Style};
-use crate::workcell::check;
+use crate::workcell::{self, check};
 
 use super::cell::stdlib;
 use super::inputs::read;
@@ -113,29 +114,35 @@ fn from_file(path: &Path) -> Result<Drawn, Failure> {
 /// Builds the graph of a call or of the first call of a script.
 fn from_text(what: &str, is_file: bool, cli: &Shared, style: Style) -> Result<Drawn, Failure> {
     let stdlib = stdlib(cli)?;
-    let mut library = crate::workcell::library(&stdlib);
-    let own = match &cli.cell.scene {
+    let mut library = workcell::library(&stdlib);
+    let named = match &cli.cell.scene {
         None => None,
         Some(path) => {
-            let file = library.add(Source::new(path.display().to_string(), read(path)?));
-            library.program(file).and_then(first_scene)
+            let source = Source::new(path.display().to_string(), read(path)?);
+            let added = workcell::add_scene(&mut library, &stdlib, source);
+            Some(added.map_err(|error| report::cell_failure(&error, style))?)
         }
     };
-    let own = own.as_deref().unwrap_or(language::library::DEFAULT_SCENE);
-    let (source, program, wrong) = if is_file {
+    let scene_in = |library: &Library, file: Option<usize>| {
+        workcell::scene_name(library, file).unwrap_or(DEFAULT_SCENE).to_owned()
+    };
+    let (source, program, scene, wrong) = if is_file {
         let source = Source::new(what, read(Path::new(what))?);
         let (program, _) = language::parse(&source.text);
         let file = library.add_with(source.clone(), &|path| stdlib.read(path));
-        let scope = library.scope(first_scene(&program).as_deref().unwrap_or(own));
-        let wrong = check::check_file(&library, &stdlib, file, &scope);
-        (source, program, wrong)
+        let scene = scene_in(&library, named.or(Some(file)));
+        let wrong = check::check_file(&library, &stdlib, file, &library.scope(&scene));
+        (source, program, scene, wrong)
     } else {
         let source = Source::new("command line", what);
         let (step, mut wrong) = language::parse_line(what);
+        let scene = scene_in(&library, named);
         if let Some(step) = step.as_ref().filter(|_| wrong.is_empty()) {
-            wrong = check::check_step(step, &source, &library, &stdlib, &library.scope(own));
+            let scope = library.scope(&scene);
+            wrong = check::check_step(step, &source, &library, &stdlib, &scope);
         }
-        (source, Program { items: step.map(Item::Run).into_iter().collect() }, wrong)
+        let items = step.map(Item::Run).into_iter().collect();
+        (source, Program { items }, scene, wrong)
     };
     if wrong.iter().any(Diagnostic::is_error) {
         return Err(report::text_failure(&wrong, &source, style));
@@ -152,9 +159,7 @@ fn from_text(what: &str, is_file: bool, cli: &Shared, style: Style) -> Result<Dr
         all => all,
     };
     let call = library.define(&source, drawn);
-    let scene = first_scene(&program);
-    let scene = scene.as_deref().unwrap_or(own);
-    let graph = graph::build(&InScene { library: &library, scene }, &call)
+    let graph = graph::build(&InScene { library: &library, scene: &scene }, &call)
         .map_err(|problems| report::problems_failure(&problems, &library, &source))?;
     let beside = if is_file { beside(&program, &source, &library) } else { Vec::new() };
     Ok(Drawn { graph, beside })
@@ -173,13 +178,6 @@ fn beside(program: &Program, source: &Source, library: &Library) -> Vec<String> 
         _ => None,
     });
     parts.collect()
-}
-
-fn first_scene(program: &Program) -> Option<String> {
-    program.items.iter().find_map(|item| match item {
-        Item::Scene(scene) => Some(scene.name.text.clone()),
-        _ => None,
-    })
 }
 
 /// The steps at the top level of a text.

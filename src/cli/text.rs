@@ -69,14 +69,24 @@ pub(super) fn task_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     Ok(found)
 }
 
-/// `trueup check FILE...`: each file by itself over the stdlib.
+/// `trueup check FILE...`: each file by itself over the stdlib, and the scene's file with them where one is named.
 pub(super) fn check(args: &CheckArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     let stdlib = stdlib(cli)?;
-    let paths = task_files(&args.files)?;
+    let mut paths = task_files(&args.files)?;
+    let scene = match &cli.cell.scene {
+        None => None,
+        Some(path) => {
+            if !paths.contains(path) {
+                paths.insert(0, path.clone());
+            }
+            Some(Source::new(path.display().to_string(), read(path)?))
+        }
+    };
     let files = paths.len();
     let sources =
         paths.into_iter().map(|path| Ok(Source::new(path.display().to_string(), read(&path)?)));
-    let all = check::check_all(&stdlib, sources.collect::<Result<_, Failure>>()?);
+    let all = check::check_all(&stdlib, scene, sources.collect::<Result<_, Failure>>()?)
+        .map_err(|error| report::cell_failure(&error, style))?;
     let errors = all.iter().filter(|(diagnostic, _)| diagnostic.is_error()).count();
     if style.json {
         style.document(&json!({ "diagnostics": report::diagnostics_json(&all) }));

@@ -15,33 +15,37 @@ use crate::language::names_in;
 use crate::language::{Diagnostic, Library, Scope, Source, nearest};
 use crate::scene;
 
-use super::{Stdlib, WorkCell, wording};
+use super::{Error, Stdlib, WorkCell, add_scene, scene_name, wording};
 
-/// Returns what names mean in a file: the objects of its own scene, else those of the default scene.
+/// Returns what names mean in a file: the objects of the scene that a run of it sets up.
 pub fn scope_of(library: &Library, file: usize) -> Scope {
-    let own = library.program(file).and_then(|program| {
-        program.items.iter().find_map(|item| match item {
-            Item::Scene(scene) => Some(scene.name.text.as_str()),
-            _ => None,
-        })
-    });
-    library.scope(own.unwrap_or_else(|| library.default_scene()))
+    scene_name(library, Some(file)).map_or_else(Scope::default, |name| library.scope(name))
 }
 
-/// Checks texts, each by itself over the stdlib, side by side; what is wrong comes in their order.
-pub fn check_all(stdlib: &Stdlib, sources: Vec<Source>) -> Vec<(Diagnostic, Source)> {
-    let standard = super::library(stdlib);
+/// Checks texts, each by itself over the stdlib, side by side; what is wrong comes in their order. Calls are judged by
+/// `scene`, where one is named, as a run does.
+///
+/// # Errors
+///
+/// [`Error::NoScene`] when the text that is named for its scene has none.
+pub fn check_all(
+    stdlib: &Stdlib,
+    scene: Option<Source>,
+    sources: Vec<Source>,
+) -> Result<Vec<(Diagnostic, Source)>, Error> {
+    let mut standard = super::library(stdlib);
+    let named = scene.map(|source| add_scene(&mut standard, stdlib, source)).transpose()?;
     let found: Vec<Vec<(Diagnostic, Source)>> = sources
         .into_par_iter()
         .map(|source| {
             let mut library = standard.clone();
             let file = library.add_with(source.clone(), &|path| stdlib.read(path));
-            let scope = scope_of(&library, file);
+            let scope = scope_of(&library, named.unwrap_or(file));
             let found = check_file(&library, stdlib, file, &scope);
             found.into_iter().map(|diagnostic| (diagnostic, source.clone())).collect()
         })
         .collect();
-    found.into_iter().flatten().collect()
+    Ok(found.into_iter().flatten().collect())
 }
 
 /// Returns everything that is wrong with one file of a library, in the order of its text.

@@ -9,13 +9,12 @@ use crate::arm::ticked::Ticked;
 use crate::arm::{Arm, Camera, Scales};
 use crate::execution::lab_arm::{self, LabCamera, LabPlant, LabScales, SharedLab};
 use crate::lab::{Lab, LabSettings};
-use crate::language::ast::Item;
 use crate::language::{Diagnostic, Library};
 use crate::motion::robot::Robot;
 use crate::motion::trajectory::Limits;
 use crate::world::Scene;
 
-use super::{Error, Options, check, library, scene_of, with_sources};
+use super::{Error, Options, add_scene, check, library, scene_of, with_sources};
 
 /// An arm, a camera, and scales where there are some.
 pub struct Devices {
@@ -32,21 +31,13 @@ pub struct Devices {
 /// Reads the library and finds the scene and its robot; nothing is connected.
 pub(super) fn place(options: &mut Options) -> Result<(Library, Arc<Scene>, Arc<Robot>), Error> {
     let mut library = library(&options.stdlib);
+    let scene_source = options.scene.take();
+    let scene_source =
+        scene_source.map(|source| add_scene(&mut library, &options.stdlib, source)).transpose()?;
     let read = |path: &str| options.stdlib.read(path);
-    let scene_source = options.scene.take().map(|source| library.add_with(source, &read));
     let script = options.script.take().map(|source| library.add_with(source, &read));
     for (name, text) in library.scripts() {
         options.stdlib.add_script(name, text);
-    }
-    if let Some(file) = scene_source {
-        let own = library
-            .program(file)
-            .is_some_and(|program| program.items.iter().any(|item| matches!(item, Item::Scene(_))));
-        // A file that was named for its scene does not quietly mean another one's.
-        if !own {
-            let name = library.source(file).map(|source| source.name.clone());
-            return Err(Error::NoScene(name.unwrap_or_default()));
-        }
     }
     let scene = Arc::new(scene_of(&library, scene_source.or(script))?);
     let scope = library.scope(&scene.name);

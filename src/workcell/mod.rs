@@ -83,7 +83,7 @@ pub use options::{CANDIDATES, Options};
 pub use outcome::{Aims, Ending, Run, State, Timing, Tried, Water};
 pub use stdlib::{RobotError, Stdlib};
 use texts::with_sources;
-pub use texts::{library, scene_of};
+pub use texts::{add_scene, library, scene_name, scene_of};
 
 /// What a cell is put together from, beside its devices.
 struct Parts {

@@ -62,6 +62,7 @@ fn options_are_offered_where_they_act() {
         ("trials", "--lab"),
         ("gap", "--scene"),
         ("check", "--stdlib"),
+        ("check", "--scene"),
         ("report", "--record"),
         ("lab hide", "--seed"),
         ("robot plan", "--seed"),

@@ -44,6 +44,30 @@ fn two_motions_at_a_time_are_refused_when_the_text_is_read() {
     assert_eq!(scratch.everything(), ["both.task"], "nothing was recorded");
 }
 
+/// A script that imports a file with a scene passed `check` and was refused by `run`: a run sets up the scene that is named, and
+/// an import gives definitions.
+#[test]
+fn calls_are_judged_by_the_scene_of_a_run() {
+    let scratch = Scratch::new("cli-imported-scene");
+    let scene = include_str!("../../stdlib/scenes/kitchen.task");
+    let scene = scene.replacen("scene kitchen ", "scene small ", 1).replace(" cup:", " bigcup:");
+    scratch.file("small.task", &scene);
+    scratch.file("two.task", "import \"small.task\"\npour(jar, bigcup)\n");
+    for args in [&["check", "two.task"][..], &["graph", "two.task"], &["run", "two.task"]] {
+        let said = scratch.trueup(args);
+        assert_ne!(said.code, 0, "{args:?}");
+        let told = said.out + &said.err;
+        assert!(told.contains("there is no object `bigcup`"), "{args:?}: {told}");
+        assert!(told.contains("`--scene small.task`"), "{args:?}: {told}");
+    }
+    for verb in ["check", "graph"] {
+        let said = scratch.trueup(&[verb, "two.task", "--scene", "small.task"]);
+        assert_eq!((said.code, said.err.as_str()), (0, ""), "{verb}: {}", said.out);
+    }
+    let said = scratch.trueup(&["check", "small.task", "--scene", "two.task"]);
+    assert_eq!(said.code, 2, "{}", said.out);
+}
+
 /// The JSON of `check`, key by key as the interface has it, for one wrong unit.
 #[test]
 fn a_diagnostic_in_json_has_every_key_of_the_interface() {

@@ -129,8 +129,10 @@ fn a_parameter_that_no_script_reads_is_a_mistake() {
     let task = "action set_off(o: Graspable, at: Place = table) {\n    needs held(o)\n    run \"home.rhai\"\n}\n";
     let found = trueup::workcell::check::check_all(
         &Stdlib::embedded(),
+        None,
         vec![Source::new("set_off.task", task)],
-    );
+    )
+    .unwrap();
     let codes: Vec<_> = found.iter().map(|(wrong, _)| wrong.code).collect();
     assert_eq!(codes, ["task::unread"], "`at` is nowhere, `o` is in a condition");
     assert!(found[0].0.message.contains("never reads `at`"), "{}", found[0].0.message);

@@ -90,6 +90,18 @@ impl Checker<'_> {
         // The constants are suggested when near, but a list of what is here should name objects.
         let here: Vec<&str> =
             names.keys().chain(self.scope.objects.keys()).map(String::as_str).collect();
+        if let Some(path) = self.library.imported_scene_with(&self.source.name, name) {
+            self.tell(
+                Diagnostic::error(
+                    "task::unknown_name",
+                    span,
+                    format!("there is no {what} `{name}`"),
+                    "not known",
+                )
+                .help(format!("the scene of `{path}` has it: name that with `--scene {path}`")),
+            );
+            return Ty::Any;
+        }
         match nearest(name, known.iter().copied()) {
             Some(_) => self.unknown(name, span, what, &known),
             None => self.unknown(name, span, what, &here),

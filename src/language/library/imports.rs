@@ -26,6 +26,36 @@ impl Library {
         self.add_imports(source, read, &mut open)
     }
 
+    /// Returns the file that a text imports, itself or through others, whose scene has an object of that name.
+    pub fn imported_scene_with(&self, importer: &str, object: &str) -> Option<&str> {
+        let mut open = vec![importer.to_owned()];
+        let mut next = 0;
+        while let Some(name) = open.get(next).cloned() {
+            next += 1;
+            let Some(file) = self.files.iter().find(|file| file.source.name == name) else {
+                continue;
+            };
+            for item in &file.program.items {
+                match item {
+                    Item::Import(import) => {
+                        let path = beside(&name, &import.path.text);
+                        if !open.contains(&path) {
+                            open.push(path);
+                        }
+                    }
+                    Item::Scene(scene)
+                        if name != importer
+                            && scene.things.iter().any(|thing| thing.name.text == object) =>
+                    {
+                        return Some(&file.source.name);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        None
+    }
+
     fn add_imports<E: Display>(
         &mut self,
         source: Source,
