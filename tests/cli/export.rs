@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 
+use byteorder::LittleEndian;
 use trueup::discovery::recording::{Map, Recording};
 use trueup::units::Dimension;
 
@@ -53,6 +54,9 @@ fn an_exported_run_is_read_back_as_it_was() {
         let message = message.unwrap();
         let schema = message.channel.schema.as_ref().unwrap();
         assert!(!schema.data.is_empty(), "{} says what it is", message.channel.topic);
+        // A reader of ROS 2 refuses a file that holds any other kind.
+        let kinds = (schema.encoding.as_str(), message.channel.message_encoding.as_str());
+        assert_eq!(kinds, ("ros2msg", "cdr"), "{}", message.channel.topic);
         *topics.entry(message.channel.topic.clone()).or_default() += 1;
     }
     let steps = trueup::workcell::archive::load(&scratch.path(RUN)).unwrap().steps.len();
@@ -66,7 +70,57 @@ fn an_exported_run_is_read_back_as_it_was() {
         (2, 1),
         "{topics:?}"
     );
-    assert_eq!(count("/twin/water"), 2, "{topics:?}");
+    for vessel in ["jar", "cup", "spilt"] {
+        assert_eq!(count(&format!("/twin/water/{vessel}_ml")), 2, "{topics:?}");
+    }
+}
+
+/// `rcl_interfaces/msg/Log`: stamp, level, name, message, file, function, line.
+type Log = ((i32, u32), u8, String, String, String, String, u32);
+/// `diagnostic_msgs/msg/DiagnosticArray`: stamp, frame; level, name, message, hardware and values of each.
+type Diagnostics = ((i32, u32), String, Vec<(u8, String, String, String, Vec<(String, String)>)>);
+
+/// The bodies of a topic's messages, in order.
+fn bodies<T: serde::de::DeserializeOwned>(bytes: &[u8], topic: &str) -> Vec<T> {
+    let messages = mcap::MessageStream::new(bytes).unwrap().map(Result::unwrap);
+    let read = |data: &[u8]| cdr_encoding::from_bytes::<T, LittleEndian>(&data[4..]).unwrap().0;
+    messages.filter(|m| m.channel.topic == topic).map(|m| read(&m.data)).collect()
+}
+
+/// `rosbags` and what is built on it could not open a file of ours, for steps and fluents were JSON.
+#[test]
+fn steps_fluents_and_water_are_messages_of_ros() {
+    let scratch = Scratch::new("export-ros");
+    with_rows(&scratch);
+    assert_eq!(scratch.trueup(&["export", RUN, "--mcap", "run.mcap"]).code, 0);
+    let bytes = fs::read(scratch.path("run.mcap")).unwrap();
+    let run = trueup::workcell::archive::load(&scratch.path(RUN)).unwrap();
+    let steps: Vec<Log> = bodies(&bytes, "/steps");
+    let first = &run.steps[0];
+    assert_eq!((steps[0].1, steps[0].2.as_str()), (20, "trueup"));
+    assert_eq!(steps[0].3, format!("step {}: {}", first.number, first.action));
+    assert_eq!(steps[0].4, first.path);
+    let fluents: Vec<Diagnostics> = bodies(&bytes, "/fluents");
+    assert_eq!(fluents.len(), run.steps.len());
+    for (told, row) in fluents[0].2.iter().zip(&first.fluents) {
+        assert_eq!(told.1, row.name);
+        let value = |key: &str| {
+            told.4.iter().find(|(known, _)| known == key).map(|(_, value)| value.as_str())
+        };
+        let words = match row.measured {
+            Some(true) => "true",
+            Some(false) => "false",
+            None => "unknown",
+        };
+        assert_eq!((told.2.as_str(), value("measured")), (words, Some(words)));
+        if let Some(margin) = &row.margin {
+            let told = value(&format!("margin[{}]", margin.unit)).unwrap();
+            assert_eq!(told, margin.value.to_string());
+        }
+    }
+    let water: Vec<(f64,)> = bodies(&bytes, "/twin/water/jar_ml");
+    let water: Vec<String> = water.iter().map(|(ml,)| ml.to_string()).collect();
+    assert_eq!(water, ["150", "149"]);
 }
 
 #[test]

@@ -1,31 +1,43 @@
-//! A run as an MCAP file that Foxglove, Rerun and ROS 2 read: joints, gripper, scale, poses and pictures as the
-//! usual messages of ROS 2; steps and fluents as JSON.
+//! A run as an MCAP file that Foxglove, Rerun and ROS 2 read, each topic one of the usual messages of ROS 2 with its
+//! definition: a reader that knows no other kind opens all of it.
 //!
-//! `trueup gap` reads the joints of such a file as it reads `arm.csv`. Sources: the MCAP specification 0; Foxglove's
-//! schema `foxglove.Log`.
+//! `trueup gap` reads the joints of such a file as it reads `arm.csv`. Sources: the MCAP specification 0; the MCAP
+//! registry, profile `ros2`.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::io::Cursor;
 
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
-use serde_json::{Value, json};
 
-use crate::trace::{FluentRow, StepRecord};
+use crate::trace::{FluentRow, Measure, StepRecord};
 use crate::workcell::picture;
 use crate::world::WorldState;
 
 use super::ros::{
-    COMPRESSED_IMAGE, CompressedImage, FLOAT64, Float64, Header, JOINT_STATE, JointState, Stamp,
-    TF_MESSAGE, TfMessage, TransformStamped, cdr,
+    COMPRESSED_IMAGE, CompressedImage, DIAGNOSTIC_ARRAY, DiagnosticArray, DiagnosticStatus,
+    FLOAT64, Float64, Header, JOINT_STATE, JointState, KeyValue, LOG, Log, Stamp, TF_MESSAGE,
+    TfMessage, TransformStamped, cdr,
 };
 use super::rows::{self, Rows};
 use super::{Error, Material};
 
-/// Foxglove's level of a message that is no warning.
-const INFO: u8 = 2;
+/// The level of a [`Log`] that is no warning.
+const INFO: u8 = 20;
 /// As [`INFO`], of one that is.
-const WARNING: u8 = 3;
+const WARN: u8 = 30;
+
+/// The level of a [`DiagnosticStatus`] that is as it should be.
+const OK: u8 = 0;
+/// As [`OK`], of one that is not.
+const AMISS: u8 = 1;
+/// As [`OK`], of one that nothing is known of.
+const STALE: u8 = 3;
+
+/// What the topics of the water in the twin begin with; a vessel's name and its unit, mL, follow.
+const WATER: &str = "/twin/water/";
 
 /// The topics of pictures, and whose they are.
 const CAMERAS: [(&str, &str); 2] =
@@ -37,7 +49,7 @@ const FILMS: [(&str, &str); 2] =
 
 /// A message that is not yet in the file.
 struct Message {
-    topic: &'static str,
+    topic: Cow<'static, str>,
     /// When, ns.
     at: u64,
     data: Vec<u8>,
@@ -80,7 +92,7 @@ pub fn bag(material: &Material<'_>) -> Result<Vec<u8>, Error> {
 fn image(topic: &'static str, time: f64, data: Vec<u8>) -> Result<Message, Error> {
     let format = if data.starts_with(b"\x89PNG") { "png" } else { "jpeg" };
     let image = CompressedImage { header: header(time, "camera"), format, data };
-    Ok(Message { topic, at: nanoseconds(time), data: cdr(&image)? })
+    Ok(Message { topic: topic.into(), at: nanoseconds(time), data: cdr(&image)? })
 }
 
 /// The small pictures while the arm moved, and the water in the twin.
@@ -91,17 +103,26 @@ fn film(material: &Material<'_>, messages: &mut Vec<Message>) -> Result<(), Erro
                 messages.push(image(topic, moment.time, data)?);
             }
         }
-        let water = material.film.vessels.iter().zip(&moment.water_ml);
-        let water: BTreeMap<String, f64> =
-            water.map(|(name, ml)| (format!("{name}_ml"), *ml)).collect();
-        push_json(
-            messages,
-            "/twin/water",
-            moment.time,
-            &json!({"step": moment.step, "water": water}),
-        )?;
+        for (name, ml) in material.film.vessels.iter().zip(&moment.water_ml) {
+            let topic = format!("{WATER}{}_ml", topic_name(name)).into();
+            let data = cdr(&Float64 { data: *ml })?;
+            messages.push(Message { topic, at: nanoseconds(moment.time), data });
+        }
     }
     Ok(())
+}
+
+/// Returns a name as a part of a topic, which ROS 2 spells with ASCII letters, digits and `_`.
+fn topic_name(name: &str) -> String {
+    let mut spelt = String::new();
+    for c in name.chars() {
+        if c.is_ascii_alphanumeric() || c == '_' {
+            spelt.push(c);
+        } else {
+            let _ = write!(spelt, "u{:x}", u32::from(c));
+        }
+    }
+    spelt
 }
 
 fn nanoseconds(time: f64) -> u64 {
@@ -135,14 +156,15 @@ fn joints(arm: &Rows, messages: &mut Vec<Message>) -> Result<(), Error> {
             effort,
         };
         let measured = cdr(&state(position, velocity, effort))?;
-        messages.push(Message { topic: "/joint_states", at, data: measured });
+        messages.push(Message { topic: "/joint_states".into(), at, data: measured });
         if !command.is_empty() {
             let data = cdr(&state(command, Vec::new(), Vec::new()))?;
-            messages.push(Message { topic: "/joint_commands", at, data });
+            messages.push(Message { topic: "/joint_commands".into(), at, data });
         }
         for (topic, column) in [("/gripper/opening", opening), ("/scale/mass", mass)] {
             if let Some(value) = column.and_then(|i| row.get(i).copied()) {
-                messages.push(Message { topic, at, data: cdr(&Float64 { data: value })? });
+                let data = cdr(&Float64 { data: value })?;
+                messages.push(Message { topic: topic.into(), at, data });
             }
         }
     }
@@ -157,85 +179,77 @@ fn poses(state: &WorldState) -> Result<Message, Error> {
         Some(TransformStamped::new(header(), &object.name, object.world_from_object.as_ref()?))
     });
     let transforms = std::iter::once(tool).chain(things).collect();
-    Ok(Message { topic: "/tf", at: nanoseconds(state.time), data: cdr(&TfMessage { transforms })? })
+    let data = cdr(&TfMessage { transforms })?;
+    Ok(Message { topic: "/tf".into(), at: nanoseconds(state.time), data })
 }
 
 /// The beginning and the end of a step, and the fluents after it.
 fn steps(step: &StepRecord, messages: &mut Vec<Message>) -> Result<(), Error> {
     let [begin, end] = step.interval_s;
-    let mut log = |time: f64, level: u8, text: String| {
-        let Stamp { sec, nanosec } = stamp(time);
-        let line = json!({
-            "timestamp": {"sec": sec, "nsec": nanosec}, "level": level, "message": text,
-            "name": "trueup", "file": step.path, "line": 0,
-        });
-        push_json(messages, "/steps", time, &line)
+    let mut log = |time: f64, level: u8, msg: String| {
+        let (name, function) = ("trueup", "");
+        let line = Log {
+            stamp: stamp(time),
+            level,
+            name,
+            msg,
+            file: step.path.clone(),
+            function,
+            line: 0,
+        };
+        messages.push(Message { topic: "/steps".into(), at: nanoseconds(time), data: cdr(&line)? });
+        Ok::<(), Error>(())
     };
     log(begin, INFO, format!("step {}: {}", step.number, step.action))?;
     match &step.reason {
         None => log(end, INFO, format!("step {} done", step.number))?,
-        Some(reason) => log(end, WARNING, format!("step {} failed: {reason}", step.number))?,
+        Some(reason) => log(end, WARN, format!("step {} failed: {reason}", step.number))?,
     }
-    let fluents: BTreeMap<&str, Value> =
-        step.fluents.iter().map(|row| (row.name.as_str(), fluent(row))).collect();
-    let told = json!({"step": step.number, "action": step.action, "fluents": fluents});
-    push_json(messages, "/fluents", end, &told)
-}
-
-fn fluent(row: &FluentRow) -> Value {
-    json!({
-        "expected": row.expected, "twin": row.twin, "measured": row.measured,
-        "margin": row.margin, "twin_margin": row.twin_margin,
-    })
-}
-
-fn push_json(
-    messages: &mut Vec<Message>,
-    topic: &'static str,
-    time: f64,
-    value: &Value,
-) -> Result<(), Error> {
-    let data = serde_json::to_vec(value).map_err(|error| Error::Format(error.to_string()))?;
-    messages.push(Message { topic, at: nanoseconds(time), data });
+    let status = step.fluents.iter().map(|row| fluent(step.number, row)).collect();
+    let told = DiagnosticArray { header: header(end, ""), status };
+    messages.push(Message { topic: "/fluents".into(), at: nanoseconds(end), data: cdr(&told)? });
     Ok(())
 }
 
-/// A topic: its name, and the name, encoding and text of its schema, and the encoding of its messages.
-fn channel(topic: &str) -> (&'static str, &'static str, String, &'static str) {
-    let ros =
-        |(name, definition): (&'static str, &str)| (name, "ros2msg", definition.to_owned(), "cdr");
+/// A fluent after a step: amiss when it was measured otherwise than the plan expects, stale when it is unknown.
+fn fluent(step: usize, row: &FluentRow) -> DiagnosticStatus {
+    let level = match (row.expected, row.measured) {
+        (_, None) => STALE,
+        (Some(expected), Some(measured)) if expected != measured => AMISS,
+        _ => OK,
+    };
+    let mut values = vec![KeyValue { key: "step".to_owned(), value: step.to_string() }];
+    for (key, truth) in [("expected", row.expected), ("twin", row.twin), ("measured", row.measured)]
+    {
+        values.push(KeyValue { key: key.to_owned(), value: told(truth).to_owned() });
+    }
+    for (key, margin) in [("margin", &row.margin), ("twin_margin", &row.twin_margin)] {
+        if let Some(Measure { value, unit }) = margin {
+            values.push(KeyValue { key: format!("{key}[{unit}]"), value: value.to_string() });
+        }
+    }
+    let (message, hardware_id) = (told(row.measured), "");
+    DiagnosticStatus { level, name: row.name.clone(), message, hardware_id, values }
+}
+
+fn told(truth: Option<bool>) -> &'static str {
+    match truth {
+        Some(true) => "true",
+        Some(false) => "false",
+        None => "unknown",
+    }
+}
+
+/// The message of a topic: its name and its definition.
+fn message_of(topic: &str) -> (&'static str, &'static str) {
     match topic {
-        "/joint_states" | "/joint_commands" => ros(JOINT_STATE),
-        "/gripper/opening" | "/scale/mass" => ros(FLOAT64),
-        "/tf" => ros(TF_MESSAGE),
-        "/steps" => {
-            let schema = json!({"title": "foxglove.Log", "type": "object", "properties": {
-                "timestamp": {"type": "object", "title": "time",
-                    "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}},
-                "level": {"type": "integer"}, "message": {"type": "string"},
-                "name": {"type": "string"}, "file": {"type": "string"}, "line": {"type": "integer"},
-            }});
-            ("foxglove.Log", "jsonschema", schema.to_string(), "json")
-        }
-        "/fluents" => {
-            let schema = json!({"title": "trueup.Fluents", "type": "object", "properties": {
-                "step": {"type": "integer"}, "action": {"type": "string"},
-                "fluents": {"type": "object", "additionalProperties": {"type": "object", "properties": {
-                    "expected": {"type": ["boolean", "null"]}, "twin": {"type": ["boolean", "null"]},
-                    "measured": {"type": ["boolean", "null"]},
-                    "margin": {}, "twin_margin": {},
-                }}},
-            }});
-            ("trueup.Fluents", "jsonschema", schema.to_string(), "json")
-        }
-        "/twin/water" => {
-            let schema = json!({"title": "trueup.Water", "type": "object", "properties": {
-                "step": {"type": "integer"},
-                "water": {"type": "object", "additionalProperties": {"type": "number"}},
-            }});
-            ("trueup.Water", "jsonschema", schema.to_string(), "json")
-        }
-        _ => ros(COMPRESSED_IMAGE),
+        "/joint_states" | "/joint_commands" => JOINT_STATE,
+        "/gripper/opening" | "/scale/mass" => FLOAT64,
+        "/tf" => TF_MESSAGE,
+        "/steps" => LOG,
+        "/fluents" => DIAGNOSTIC_ARRAY,
+        water if water.starts_with(WATER) => FLOAT64,
+        _ => COMPRESSED_IMAGE,
     }
 }
 
@@ -247,15 +261,15 @@ fn written(messages: &[Message]) -> Result<Vec<u8>, Error> {
     let mut writer = mcap::Writer::with_options(&mut bytes, options).map_err(wrong)?;
     let mut channels: BTreeMap<&str, (u16, u32)> = BTreeMap::new();
     for message in messages {
-        if !channels.contains_key(message.topic) {
-            let (name, encoding, definition, of_messages) = channel(message.topic);
-            let schema = writer.add_schema(name, encoding, definition.as_bytes()).map_err(wrong)?;
-            let id = writer
-                .add_channel(schema, message.topic, of_messages, &BTreeMap::new())
-                .map_err(wrong)?;
-            channels.insert(message.topic, (id, 0));
+        let topic = message.topic.as_ref();
+        if !channels.contains_key(topic) {
+            let (name, definition) = message_of(topic);
+            let schema =
+                writer.add_schema(name, "ros2msg", definition.as_bytes()).map_err(wrong)?;
+            let id = writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).map_err(wrong)?;
+            channels.insert(topic, (id, 0));
         }
-        let Some((channel_id, sequence)) = channels.get_mut(message.topic) else { continue };
+        let Some((channel_id, sequence)) = channels.get_mut(topic) else { continue };
         let header = MessageHeader {
             channel_id: *channel_id,
             sequence: *sequence,

@@ -1,6 +1,6 @@
 //! The messages of ROS 2 that a run is written as, with their definitions; bytes are CDR, little-endian.
 //!
-//! Sources: `common_interfaces` and `geometry2` of ROS 2 (message definitions); OMG CDR 1.0; the MCAP registry,
+//! Sources: `common_interfaces`, `rcl_interfaces` and `geometry2` of ROS 2 (message definitions); OMG CDR 1.0; the MCAP registry,
 //! `ros2msg`.
 
 use byteorder::LittleEndian;
@@ -46,6 +46,42 @@ pub(super) struct CompressedImage {
 #[derive(Debug, Serialize)]
 pub(super) struct Float64 {
     pub(super) data: f64,
+}
+
+/// `rcl_interfaces/msg/Log`: a line of a log.
+#[derive(Debug, Serialize)]
+pub(super) struct Log {
+    pub(super) stamp: Stamp,
+    pub(super) level: u8,
+    pub(super) name: &'static str,
+    pub(super) msg: String,
+    pub(super) file: String,
+    pub(super) function: &'static str,
+    pub(super) line: u32,
+}
+
+/// `diagnostic_msgs/msg/KeyValue`.
+#[derive(Debug, Serialize)]
+pub(super) struct KeyValue {
+    pub(super) key: String,
+    pub(super) value: String,
+}
+
+/// `diagnostic_msgs/msg/DiagnosticStatus`.
+#[derive(Debug, Serialize)]
+pub(super) struct DiagnosticStatus {
+    pub(super) level: u8,
+    pub(super) name: String,
+    pub(super) message: &'static str,
+    pub(super) hardware_id: &'static str,
+    pub(super) values: Vec<KeyValue>,
+}
+
+/// `diagnostic_msgs/msg/DiagnosticArray`.
+#[derive(Debug, Serialize)]
+pub(super) struct DiagnosticArray {
+    pub(super) header: Header,
+    pub(super) status: Vec<DiagnosticStatus>,
 }
 
 /// `geometry_msgs/msg/TransformStamped`.
@@ -112,6 +148,31 @@ pub(super) const COMPRESSED_IMAGE: (&str, &str) = (
 );
 /// As [`JOINT_STATE`].
 pub(super) const FLOAT64: (&str, &str) = ("std_msgs/msg/Float64", "float64 data\n");
+/// As [`JOINT_STATE`].
+pub(super) const LOG: (&str, &str) = (
+    "rcl_interfaces/msg/Log",
+    concat!(
+        "byte DEBUG=10\nbyte INFO=20\nbyte WARN=30\nbyte ERROR=40\nbyte FATAL=50\n",
+        "builtin_interfaces/Time stamp\nuint8 level\nstring name\nstring msg\nstring file\n",
+        "string function\nuint32 line\n",
+        "================================================================================\n",
+        "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+    ),
+);
+/// As [`JOINT_STATE`].
+pub(super) const DIAGNOSTIC_ARRAY: (&str, &str) = (
+    "diagnostic_msgs/msg/DiagnosticArray",
+    with_header!(
+        "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n",
+        "================================================================================\n",
+        "MSG: diagnostic_msgs/DiagnosticStatus\n",
+        "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\n",
+        "byte level\nstring name\nstring message\nstring hardware_id\n",
+        "diagnostic_msgs/KeyValue[] values\n",
+        "================================================================================\n",
+        "MSG: diagnostic_msgs/KeyValue\nstring key\nstring value\n"
+    ),
+);
 /// As [`JOINT_STATE`].
 pub(super) const TF_MESSAGE: (&str, &str) = (
     "tf2_msgs/msg/TFMessage",
