@@ -18,6 +18,9 @@ use crate::world::frame::{times, turned_back};
 /// Most joints an arm may have here.
 pub const MOST_JOINTS: usize = 12;
 
+/// An arm lifts less than this many times what its moving links weigh; the strongest lift about as much as they weigh.
+const LIFTS: f64 = 2.0;
+
 /// One moving body with the joint that carries it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
@@ -206,9 +209,14 @@ impl Chain {
     }
 
     /// Returns whether a mass (kg) with this moment (mass times position in the last body's frame, kg·m) can be borne
-    /// there: its middle is no further off than the arm is long. A moment without a mass to it is something else.
+    /// there: it does not weigh several times what the arm does, and its middle is no further off than the arm is long. A
+    /// moment without a mass to it is something else.
     pub fn bears(&self, mass: f64, moment: &[f64]) -> bool {
-        moment.iter().map(|part| part * part).sum::<f64>().sqrt() <= mass.abs() * self.reach()
+        let own: f64 = self.bodies.iter().map(|body| body.mass).sum();
+        // A file without masses says nothing of what the arm could lift.
+        let lifts = own <= 0.0 || mass <= LIFTS * own;
+        let moment = moment.iter().map(|part| part * part).sum::<f64>().sqrt();
+        lifts && moment <= mass.abs() * self.reach()
     }
 
     /// Adds a mass at a point.
@@ -463,10 +471,11 @@ mod tests {
     }
 
     #[test]
-    fn a_mass_further_off_than_the_arm_is_long_is_none() {
+    fn a_mass_further_off_than_the_arm_is_long_or_far_heavier_is_none() {
         let chain = Chain::new(&Robot::gen3(), None, GRAVITY).unwrap();
         // The Gen3 is 0.9 m long from base to tip and has bodies beside its axis.
         assert!(chain.bears(0.5, &[0.0, 0.05, 0.1]) && chain.bears(-0.5, &[0.0, 0.0, 0.4]));
         assert!(!chain.bears(0.001, &[0.0, 0.0, 0.02]) && !chain.bears(0.0, &[1e-3, 0.0, 0.0]));
+        assert!(chain.bears(5.0, &[0.0; 3]) && !chain.bears(190.0, &[0.0; 3]));
     }
 }

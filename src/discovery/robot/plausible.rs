@@ -29,6 +29,18 @@ pub(super) const COARSE: f64 = 0.5;
 /// An arm moves if a joint turns by this, rad.
 const MOVES: f64 = 0.05;
 
+/// A torque stands out of its noise by this factor.
+const SURE: f64 = 5.0;
+
+/// Multiples that differ by less than this part are the same.
+const SAME: f64 = 0.2;
+
+/// So many joints do not show the same multiple by chance.
+const ENOUGH: usize = 3;
+
+/// A file may be wrong by this factor in what several joints need, and the unit be right.
+const FAR: f64 = 3.0;
+
 /// A joint may be beyond its limits by this part of its range and this angle: files differ.
 const BEYOND: (f64, f64) = (0.1, 0.1);
 
@@ -236,28 +248,52 @@ fn within_reach(arm: &Arm, data: &Data, name: &str) -> Result<(), Error> {
 ///
 /// An [`Error`] that says which multiple.
 pub(super) fn check_torques(model: &Model, name: &str) -> Result<(), Error> {
-    let data = &model.course.data;
+    let course = &model.course;
     let Some(predicted) = model.predict(&[], &[], &[]) else { return Ok(()) };
-    let rows = data.n_rows();
-    let mut ratios = Vec::new();
-    let channels = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
-    for (channel, needed) in channels.zip(predicted.chunks(rows)) {
-        if channel.quantity != Quantity::Torque {
-            continue;
-        }
-        let sure = norm(needed) > 5.0 * channel.noise * (rows as f64).sqrt();
-        if sure && cosine(needed, &channel.values).abs() > ALIKE {
-            let along: f64 = needed.iter().zip(&channel.values).map(|(a, b)| a * b).sum();
-            ratios.push(along / norm(needed).powi(2));
-        }
-    }
-    ratios.sort_by(f64::total_cmp);
-    let Some(&middle) = ratios.get(ratios.len() / 2) else { return Ok(()) };
-    let same = ratios.iter().filter(|ratio| (*ratio / middle - 1.0).abs() < 0.2).count();
-    if same < 3 || (1.0 / 3.0..3.0).contains(&middle) {
-        return Ok(());
-    }
-    Err(Misfit::TorquesScaled { same, ratio: middle }.at(format!("{name}, columns `tau_n`")))
+    let channels = course.data.channels.iter().filter(|c| model.is_predicted(c.quantity));
+    let torques = channels
+        .zip(predicted.chunks(course.data.n_rows()))
+        .filter(|(channel, _)| channel.quantity == Quantity::Torque);
+    let multiples = torques.filter_map(|(channel, needed)| {
+        let speed = course.at_rows(&course.plant.dq, channel.index);
+        multiple(needed, &channel.values, &speed, channel.noise)
+    });
+    let Some((same, ratio)) = scaled(multiples.collect(), course.data.n) else { return Ok(()) };
+    Err(Misfit::TorquesScaled { same, ratio }.at(format!("{name}, columns `tau_n`")))
+}
+
+/// Returns which multiple of what a joint needs its torque sensor shows, if it follows that and stands out of its noise: beside
+/// dry and fluid friction, of which the model has none, or as it is.
+fn multiple(needed: &[f64], shown: &[f64], speed: &[f64], noise: f64) -> Option<f64> {
+    let dry: Vec<f64> = speed.iter().map(|speed| speed.signum()).collect();
+    let fluid = beyond(speed, &dry);
+    let beside = |values: &[f64]| beyond(&beyond(values, &dry), &fluid);
+    let followed = |needed: &[f64], shown: &[f64]| {
+        // What is in another unit may well be needed less than its own noise, or be noisier than what it shows.
+        let is_sure = norm(needed).max(norm(shown)) > SURE * noise * (shown.len() as f64).sqrt();
+        let along: f64 = needed.iter().zip(shown).map(|(a, b)| a * b).sum();
+        is_sure.then(|| (cosine(needed, shown), along / norm(needed).powi(2)))
+    };
+    let free = followed(&beside(needed), &beside(shown)).filter(|(cosine, _)| *cosine > ALIKE);
+    let as_is = || followed(needed, shown).filter(|(cosine, _)| cosine.abs() > ALIKE);
+    free.or_else(as_is).map(|(_, ratio)| ratio)
+}
+
+/// Returns how many joints of an arm of `n` show the same multiple of what they need, and which, if that is far from one: three
+/// of them, or all of an arm of two.
+fn scaled(mut multiples: Vec<f64>, n: usize) -> Option<(usize, f64)> {
+    multiples.sort_by(f64::total_cmp);
+    let middle = *multiples.get(multiples.len() / 2)?;
+    let same = multiples.iter().filter(|ratio| (*ratio / middle - 1.0).abs() < SAME).count();
+    let is_scaled = same >= ENOUGH.min(n.max(2)) && !(1.0 / FAR..FAR).contains(&middle);
+    is_scaled.then_some((same, middle))
+}
+
+/// Returns what of some values is not a multiple of others.
+fn beyond(values: &[f64], others: &[f64]) -> Vec<f64> {
+    let along: f64 = values.iter().zip(others).map(|(a, b)| a * b).sum();
+    let part = along / norm(others).powi(2).max(1e-300);
+    values.iter().zip(others).map(|(value, other)| value - part * other).collect()
 }
 
 /// Returns the values less their mean.
@@ -279,4 +315,53 @@ fn norm(values: &[f64]) -> f64 {
 fn cosine(a: &[f64], b: &[f64]) -> f64 {
     let along: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
     along / (norm(a) * norm(b)).max(1e-300)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A number between -1 and 1 that looks like chance.
+    fn scatter(i: u32) -> f64 {
+        let x = (f64::from(i) * 12.9898).sin() * 43758.547;
+        2.0 * (x - x.floor()) - 1.0
+    }
+
+    /// A joint that needs up to `weight` N·m, with 1 N·m of friction and a hundredth of noise, in a unit `unit` times smaller.
+    fn joint(weight: f64, unit: f64) -> Option<f64> {
+        let time = |row: u32| 0.01 * f64::from(row);
+        let angle = |row: u32| (1.3 * time(row)).sin() + 0.4 * (3.1 * time(row)).sin();
+        let speed: Vec<f64> = (0..600)
+            .map(|row| 1.3 * (1.3 * time(row)).cos() + 1.24 * (3.1 * time(row)).cos())
+            .collect();
+        let needed: Vec<f64> = (0..600).map(|row| weight * angle(row).cos()).collect();
+        let noise = 0.01 * weight * unit;
+        let rows = (0..).zip(needed.iter().zip(&speed));
+        let shown: Vec<f64> = rows
+            .map(|(row, (needed, dq))| unit * (needed + dq.signum()) + noise * scatter(row))
+            .collect();
+        multiple(&needed, &shown, &speed, noise)
+    }
+
+    #[test]
+    fn torques_of_another_unit_are_seen_through_their_noise_and_friction() {
+        for unit in [1e-3, 1.0, 20.0, 1e3, 1e6] {
+            for weight in [0.8, 30.0] {
+                let found = joint(weight, unit).expect("it follows what is needed");
+                assert!((found / unit - 1.0).abs() < 0.05, "{weight} N m, {unit}: {found}");
+            }
+        }
+        assert_eq!(multiple(&[0.0; 50], &[1.0; 50], &[0.5; 50], 0.1), None);
+    }
+
+    #[test]
+    fn several_joints_agree_or_all_of_a_small_arm() {
+        assert_eq!(scaled(vec![1000.0, 990.0, 3.0, 1005.0], 7), Some((3, 1000.0)));
+        assert_eq!(scaled(vec![50.0, 51.0], 7), None);
+        assert_eq!(scaled(vec![50.0, 51.0], 2), Some((2, 51.0)));
+        assert_eq!(scaled(vec![50.0, 51.0], 3), None);
+        assert_eq!(scaled(vec![50.0], 1), None);
+        assert_eq!(scaled(vec![1.1, 1.0, 0.9], 6), None);
+        assert_eq!(scaled(vec![-1.0, -1.02, -0.97], 6), Some((3, -1.0)));
+    }
 }
