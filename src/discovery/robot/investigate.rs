@@ -15,7 +15,9 @@ use super::wording;
 use crate::discovery::Investigation;
 use crate::discovery::finding::{SIGNIFICANT, Verdict, above_noise};
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set};
+use crate::discovery::selection::{
+    self, Hypothesis, Options, Outcome, Residuals as _, Set, sum_of_squares,
+};
 use crate::discovery::why::whys;
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
@@ -281,8 +283,14 @@ fn told(
     options: &Options,
     robot: &Robot,
     noise_is_estimated: bool,
-    notes: Vec<String>,
+    mut notes: Vec<String>,
 ) -> Investigation {
+    let (gap, found) = if found.is_worse(&gap) {
+        notes.push(wording::not_borne_out());
+        found.without(gap)
+    } else {
+        (gap, found)
+    };
     let Found { outcome, fitted, own, filed } = found;
     let traces = traces(filed.as_ref().unwrap_or(&gap), &gap, &outcome, names);
     let whys = whys(&gap, &outcome, options.tie);
@@ -338,6 +346,36 @@ struct Found {
     filed: Option<ArmGap>,
 }
 
+impl Found {
+    /// Returns the model as it was, with what it leaves.
+    fn as_it_was<'a>(&'a self, gap: &'a ArmGap) -> (&'a ArmGap, Hypothesis<Term>) {
+        let mut nothing = self.outcome.nothing.clone();
+        if let Some(filed) = &self.filed {
+            selection::judge(filed, &mut nothing);
+        }
+        (self.filed.as_ref().unwrap_or(gap), nothing)
+    }
+
+    /// Returns whether what was found leaves more than noise of the data that decided nothing, and more than the model as it was.
+    fn is_worse(&self, gap: &ArmGap) -> bool {
+        let (before, nothing) = self.as_it_was(gap);
+        let left = selection::split(gap, &self.outcome.best).heldout;
+        let rows = gap.count(selection::reported(gap));
+        let is_more = left > selection::split(before, &nothing).heldout;
+        is_more && above_noise(left.powi(2) * rows as f64, rows) > SIGNIFICANT
+    }
+
+    /// Returns the model as it was with nothing found.
+    fn without(self, gap: ArmGap) -> (ArmGap, Self) {
+        let (_, nothing) = self.as_it_was(&gap);
+        let gap = self.filed.unwrap_or(gap);
+        let fitted = gap.is_along().then(|| gap.for_search());
+        let (without, rivals, stability) = (Vec::new(), Vec::new(), Vec::new());
+        let outcome = Outcome { best: nothing.clone(), nothing, without, rivals, stability };
+        (gap, Self { outcome, fitted, own: None, filed: None })
+    }
+}
+
 /// Searches with the numbers that fit the recordings, which `gap` has from then on.
 fn found(
     gap: &mut ArmGap,
@@ -364,9 +402,13 @@ fn found(
     }
     if links.is_better {
         let with = gap.with_links(&links);
-        let filed = Some(std::mem::replace(gap, with));
-        let (outcome, fitted) = searched(gap, options, progress)?;
-        return Ok(Found { outcome, fitted, own: Some(links), filed });
+        let (outcome, fitted) = searched(&with, options, progress)?;
+        // With all that is found beside them they have to leave less than the file does by itself.
+        let as_filed = gap.residuals(Set::Heldout, &[], &[]).map(|left| sum_of_squares(&left));
+        if as_filed.is_none_or(|left| outcome.best.heldout < left) {
+            let filed = Some(std::mem::replace(gap, with));
+            return Ok(Found { outcome, fitted, own: Some(links), filed });
+        }
     }
     let (outcome, fitted) = searched(gap, options, progress)?;
     // One link or a load has a name; several weights that are off at once are numbers of the file.

@@ -105,6 +105,11 @@ pub(super) fn links_first() -> String {
         .into()
 }
 
+/// That what was found is not told, because the data held out are described better without it.
+pub(super) fn not_borne_out() -> String {
+    "what explains the data fitted leaves more of those held out than the model as it was, so none of it is told".into()
+}
+
 /// That nobody knows how the arm is driven.
 pub(super) fn no_controller(recording: &str) -> String {
     format!(

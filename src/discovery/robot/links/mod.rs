@@ -127,8 +127,8 @@ pub(super) struct Numbers {
     /// By which words they are not of one machine at all.
     pub(super) different: Option<String>,
     /// Others than the file's, where they are of one; then, the best first, gains of torque sensors beside which still others
-    /// fit much better. Nothing where the file's, with one link heavier or with a load in the hand, predict the recordings held
-    /// out better: those have names.
+    /// fit much better. Nothing where the file's, as they are, with one link heavier or with a load in the hand, predict the
+    /// recordings held out better: those have names.
     pub(super) own: Option<(Links, Vec<Gain>)>,
 }
 
@@ -162,10 +162,12 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         gains::shown(&problem, &parts, list, without)
     };
     let named = named(&problem, &parts, bodies, &weights);
+    // What was fitted of the joints may be worse than nothing, of what it was not fitted to.
+    let as_filed = DVector::zeros(problem.prior.len());
     let plainest = with_gains(&[&parts.joints], &bare)
         .iter()
         .map(|shown| shown.problem.judged(&shown.fit.x, &weights))
-        .chain([problem.judged(&bare.x, &weights)])
+        .chain([&bare.x, &as_filed].map(|x| problem.judged(x, &weights)))
         .chain(named)
         .fold(f64::INFINITY, f64::min);
     let best = Freed::best(freed, &problem, bodies, &weights)?;
