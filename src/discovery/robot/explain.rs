@@ -371,6 +371,10 @@ impl Residuals for ArmGap {
         (0.05..0.95).contains(&part)
     }
 
+    fn asks_for_size(&self) -> bool {
+        true
+    }
+
     fn unexplained(&self, set: Set, term: &Term) -> f64 {
         let rows = &self.unexplained[usize::from(set == Set::Heldout)];
         if !term.law.is_local() {

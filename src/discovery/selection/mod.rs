@@ -24,6 +24,7 @@ mod rounds;
 mod screen;
 mod search;
 mod steady;
+mod sure;
 mod upheld;
 mod wording;
 
@@ -182,6 +183,12 @@ pub trait Residuals: Sync {
     fn is_sensible(&self, term: &Self::Term, parameters: &[f64]) -> bool {
         let _ = (term, parameters);
         true
+    }
+
+    /// Returns whether an effect must be larger than its own uncertainty once all are fitted together with their shapes, where it may trade
+    /// against what joined after it.
+    fn asks_for_size(&self) -> bool {
+        false
     }
 
     /// Returns how much of what the sensors of an effect leave on a set, in squares of their noise, no explanation takes away:

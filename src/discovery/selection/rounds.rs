@@ -7,6 +7,7 @@ use super::linear::Linear;
 use super::refit::same_terms;
 use super::search::{Grown, is_sensible, left_out, pays, plain, sensible, sensible_at, weighed};
 use super::steady::{least_steady, steadied};
+use super::sure::least_sure;
 use super::wording::WRITING_OUT;
 use super::{Diverged, Hypothesis, Options, Outcome, Residuals, refit};
 
@@ -14,7 +15,7 @@ use super::{Diverged, Hypothesis, Options, Outcome, Residuals, refit};
 const ROUNDS: usize = 3;
 /// And at most, where effects have to be left out again.
 const MOST_ROUNDS: usize = 5;
-/// Names that few draws of the data name are left out one by one, at most so many.
+/// Names whose size is not sure, or that few draws of the data name, are left out one by one, at most so many.
 const MOST_UNSTEADY: usize = 4;
 
 /// Candidates fitted of those screened: the same law in several shapes counts as several.
@@ -90,7 +91,8 @@ pub fn search_linear<G: Residuals>(
             outcome.keep(&best.terms);
             let mut outcome = with_shapes(gap, outcome, best, options);
             steadied(gap, &mut outcome, options);
-            let weakest = least_steady(&outcome).filter(|_| unsteady < MOST_UNSTEADY);
+            let weakest = least_sure(gap, &outcome).or_else(|| least_steady(&outcome));
+            let weakest = weakest.filter(|_| unsteady < MOST_UNSTEADY);
             let Some(at) = weakest else { return Ok(outcome) };
             let Some(rest) = left_out(gap, &outcome.best, at) else { return Ok(outcome) };
             refused.push(outcome.best.terms[at].clone());

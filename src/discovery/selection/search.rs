@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
 use super::steady::{judge_all, least_steady, steadied};
+use super::sure::{DETERMINED, least_sure};
 use super::{
     Candidate, Diverged, Hypothesis, Options, Outcome, ParameterSpec, Residuals, Rival, Set, refit,
     wording,
@@ -36,7 +37,8 @@ pub fn search<G: Residuals>(
         outcome.best = plain(gap, outcome.best.clone(), &mut outcome);
         steadied(gap, &mut outcome, options);
         // One less each time.
-        let rest = least_steady(&outcome).and_then(|at| left_out(gap, &outcome.best, at));
+        let weakest = least_sure(gap, &outcome).or_else(|| least_steady(&outcome));
+        let rest = weakest.and_then(|at| left_out(gap, &outcome.best, at));
         let Some(best) = rest else {
             judge_all(gap, &mut outcome, options);
             return Ok(outcome);
@@ -225,10 +227,6 @@ pub(super) fn pays<G: Residuals>(
         && (heldout > options.least_heldout
             || (gain > options.overwhelming && heldout > -options.least_heldout))
 }
-
-/// An effect smaller than this many of its own standard deviations is not there: where two of its numbers
-/// trade against each other, both are as large as one likes and neither says anything.
-const DETERMINED: f64 = 2.0;
 
 /// Returns whether the last effect is larger than what the model itself can resolve.
 fn matters<G: Residuals>(gap: &G, with: &Hypothesis<G::Term>) -> bool {
