@@ -305,13 +305,8 @@ pub(super) fn no_script(name: &str, span: Span, near: Option<&str>) -> Diagnosti
 
 /// An action's script whose text is no script.
 pub(super) fn unreadable_script(error: &impl Display, span: Span) -> Diagnostic {
-    Diagnostic::error(
-        "task::script",
-        span,
-        format!("the script cannot run: {error}"),
-        "run here",
-    )
-    .help("correct that line of the script")
+    Diagnostic::error("task::script", span, format!("the script cannot run: {error}"), "run here")
+        .help("correct that line of the script")
 }
 
 /// A parameter of an action that its script never reads, nor its conditions.

@@ -24,8 +24,20 @@ fn code(path: &Path) -> String {
 /// All that can be asked of a laboratory. A new public function has to be argued for here: does a person
 /// with an arm, a camera and kitchen scales know what it returns?
 const ASKED: &[&str] = &[
-    "new", "photo", "shutter", "film", "command", "grip", "offer", "stop", "advance", "feedback",
-    "scales", "scale_under", "time", "water_in",
+    "new",
+    "photo",
+    "shutter",
+    "film",
+    "command",
+    "grip",
+    "offer",
+    "stop",
+    "advance",
+    "feedback",
+    "scales",
+    "scale_under",
+    "time",
+    "water_in",
 ];
 
 #[test]
