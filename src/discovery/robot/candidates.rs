@@ -4,6 +4,7 @@
 //! and frequencies come from a scan of the residual, the others from a few values spread over what is
 //! physically sensible.
 
+use super::chain::Chain;
 use super::channels::Quantity;
 use super::scan::Scan;
 use super::simulate::Model;
@@ -17,6 +18,9 @@ const UNNAMED: f64 = 12.0;
 
 /// Where the creep of dry friction begins to be fitted, rad/s: slow against any motion on purpose.
 const CREEP: f64 = 1e-3;
+
+/// An axis nearer to the vertical than this is along it, rad: machines are set up with a level.
+const UPRIGHT: f64 = 0.02;
 
 /// Returns the effects to try on top of `present`, at `joints` and on the whole arm; `left` are the
 /// residuals in units of noise.
@@ -169,8 +173,9 @@ impl<'m> Draft<'m> {
     fn whole_arm(&mut self, joints: &[usize]) {
         let model = self.model;
         if !self.has(Quantity::Tip) && model.feels_zeros() {
-            // About the first joint's axis, which gravity is along, a zero weighs nothing.
-            for &j in joints.iter().filter(|&&j| j > 0) {
+            // About an axis that gravity is along a zero of the first joint weighs nothing.
+            let first = usize::from(!weighs_on_first(&model.arm.chain));
+            for &j in joints.iter().filter(|&&j| j >= first) {
                 self.plain(&[Law::ZeroOffset], j);
             }
         }
@@ -208,6 +213,16 @@ impl<'m> Draft<'m> {
             }
         }
     }
+}
+
+/// Returns whether the whole arm weighs otherwise on its joints once it is turned about the first of them: not where that slides,
+/// or gravity is along its axis.
+fn weighs_on_first(chain: &Chain) -> bool {
+    let first = chain.bodies.first().filter(|body| !body.slides);
+    first.is_some_and(|body| {
+        let axis = body.parent_from_body.rotation * body.axis.into_inner();
+        axis.cross(&chain.gravity).norm() > UPRIGHT * chain.gravity.norm()
+    })
 }
 
 /// Returns the parameters at which a law does nothing.
@@ -282,4 +297,23 @@ fn shaped(law: Law, shapes: &[f64]) -> Vec<Vec<f64>> {
             start
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::motion::Robot;
+    use crate::motion::dynamics::GRAVITY;
+
+    #[test]
+    fn an_arm_weighs_on_its_first_joint_where_the_axis_lies() {
+        let mut chain = Chain::new(&Robot::gen3(), None, GRAVITY).unwrap();
+        assert!(!weighs_on_first(&chain));
+        chain.gravity = Vector3::new(GRAVITY, 0.0, 0.0);
+        assert!(weighs_on_first(&chain));
+        chain.bodies[0].slides = true;
+        assert!(!weighs_on_first(&chain));
+    }
 }

@@ -23,7 +23,6 @@ use super::links::body;
 use super::load::Load;
 use super::plant::{Arm, Course};
 use super::term::Term;
-use crate::discovery::recording::sidecar::TorqueSensor;
 use crate::discovery::selection::{ParameterSpec, Set};
 use model::{ColumnKey, GridPoint, Motion, REMEMBERED, Remembered, STRAY};
 pub use model::{Model, is_in};
@@ -50,12 +49,10 @@ impl Model {
         Self::new(self.arm.clone(), self.course.thinned(), self.loads.clone())
     }
 
-    /// Returns whether the zero of an encoder shows in the torques: where nothing but the links is in them, and
-    /// the motion is as measured.
+    /// Returns whether the zero of an encoder shows in the torques: where the motion is as measured. On either side of the gear
+    /// the links' weight is in them.
     pub fn feels_zeros(&self) -> bool {
-        !self.course.closed_loop
-            && self.arm.torque_sensor == TorqueSensor::Link
-            && self.course.data.has(Quantity::Torque)
+        !self.course.closed_loop && self.course.data.has(Quantity::Torque)
     }
 
     /// Returns which channels are predicted, in the order of [`Self::predict`]: positions and speeds
