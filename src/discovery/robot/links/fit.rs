@@ -56,10 +56,10 @@ pub(super) struct Problem {
     pub(super) is_up: Vec<bool>,
 }
 
-/// Returns what numbers leave, sensor by sensor against `weights`, in the mean.
+/// Returns what numbers leave, sensor by sensor against `weights`, in the mean of those that have a say.
 pub(super) fn left_of(sums: &[Sums], x: &DVector<f64>, weights: &[f64]) -> f64 {
     let sum: f64 = sums.iter().zip(weights).map(|(s, w)| s.left(x) / w).sum();
-    sum / weights.len().max(1) as f64
+    sum / weights.iter().filter(|weight| weight.is_finite()).count().max(1) as f64
 }
 
 /// A fit of some of the numbers.
@@ -184,6 +184,12 @@ impl Problem {
             if sums.joint == joint { sums.with_gain(gain, parts.modelled) } else { sums.clone() }
         };
         self.with(self.train.iter().map(of).collect(), self.heldout.iter().map(of).collect())
+    }
+
+    /// Returns the same where every number may have either sign.
+    pub(super) fn unbounded(&self) -> Self {
+        let is_up = vec![false; self.is_up.len()];
+        Self { is_up, ..self.with(self.train.clone(), self.heldout.clone()) }
     }
 
     /// Returns what is left to be fitted once the bodies have changed.

@@ -11,6 +11,7 @@
 //! "Identification of fully physical consistent inertial parameters using optimization on manifolds", 2016; Wensing, Kim
 //! and Slotine, "Linear matrix inequalities for physically consistent inertial parameter identification", 2018.
 
+mod apart;
 pub(super) mod body;
 mod carried;
 mod fit;
@@ -33,8 +34,9 @@ use super::wording;
 use crate::discovery::finding::Identified;
 use crate::discovery::selection::{Hypothesis, Residuals as _, Rival, Set, related};
 use crate::motion::revise::{LinkChange, Revision};
+use apart::{ANOTHER, Apart, SOME, heard, uncertain};
 use body::{NAMES, NUMBERS, numbers, spread};
-use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent, left_of};
+use fit::{Fit, LOAD, OF_JOINT, Parts, Problem, Sums, consistent};
 use gains::Shown;
 use single::named;
 
@@ -153,7 +155,10 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let freed = beside.par_iter().filter_map(|list| Freed::of(&problem, bodies, &parts, list));
     let freed: Vec<Freed> = freed.collect();
     let least = freed.iter().map(|f| &f.with).min_by(|a, b| a.total().total_cmp(&b.total()))?;
-    let weights = least.weights.clone();
+    let weights = heard(&problem, &parts, &least.weights)?;
+    if weights.iter().all(|weight| weight.is_infinite()) {
+        return Some(Numbers::default());
+    }
     let with_gains = |list: &[&Range<usize>], without: &Fit| {
         // What an ampere is worth was fitted: a gain is in it.
         if model.course.data.are_currents {
@@ -193,18 +198,6 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let gains = gains.collect();
     let links = best.links(bodies, &problem.prior, left <= BETTER * plainest);
     Some(Numbers { are_apart, own: Some((links, gains)), ..Numbers::default() })
-}
-
-/// Returns by how much the numbers of the joints, as uncertain as the motion fitted leaves them, may be wrong of what is held out, in
-/// units of what they leave of what is fitted, in squares: of the sensor in the middle, for a joint may well rest in the motion fitted.
-fn uncertain(problem: &Problem, bare: &Fit) -> f64 {
-    let sensors = problem.heldout.iter().zip(&bare.weights);
-    let of = |(held, left): (&Sums, &f64)| {
-        (&held.gram * &bare.covariance).trace() / (held.rows.max(1.0) * left)
-    };
-    let mut all: Vec<f64> = sensors.map(of).collect();
-    all.sort_by(f64::total_cmp);
-    all.get((all.len().max(1) - 1) / 2).copied().unwrap_or(0.0)
 }
 
 /// Returns the problem with the creep that fits best beside the file's bodies, and its fit of the joints.
@@ -285,44 +278,6 @@ impl<'a> Freed<'a> {
         let told = told(bodies, &self.changes, &self.free, prior);
         let has_load = self.beside.len() > 1;
         Links { far: far(bodies, &told), changes: self.changes, told, has_load, is_better }
-    }
-}
-
-/// How many times more a fit may leave of recordings it was not fitted to than theirs of themselves, in squares, and still
-/// be of the same machine.
-const ANOTHER: f64 = 10.0;
-
-/// From which factor on it is asked whether some of them bear a load.
-const SOME: f64 = 2.0;
-
-/// The recordings fitted and those held out, each with numbers of its own.
-struct Apart {
-    here: Fit,
-    there: Fit,
-    /// How many times more is left of those held out by what the others say than by their own numbers, in squares.
-    by: f64,
-}
-
-impl Apart {
-    fn of(problem: &Problem, parts: &Parts, left: f64, weights: &[f64]) -> Option<Self> {
-        let all = parts.only(&[&parts.bodies, &parts.joints, &parts.load]);
-        let here = problem.fit(&all)?;
-        let turned = problem.turned();
-        let there = turned.fit(&all)?;
-        let by = left / left_of(&turned.train, &there.x, weights).max(1.0);
-        Some(Self { here, there, by })
-    }
-
-    /// Says by which numbers they are of two machines.
-    fn words(&self, parts: &Parts) -> String {
-        let (here, there) = (&self.here, &self.there);
-        let apart = |at: &usize| {
-            let variance = here.covariance[(*at, *at)] + there.covariance[(*at, *at)];
-            (here.x[*at] - there.x[*at]).abs() / variance.max(1e-300).sqrt()
-        };
-        let numbers = parts.joints.start..parts.load.end;
-        let named = numbers.max_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or_default();
-        wording::of_two_machines(parts.name(named), here.x[named], there.x[named])
     }
 }
 
