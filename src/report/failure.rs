@@ -245,6 +245,14 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
         Cause::NoWay(no_way) => no_way,
         Cause::Needs(unmet) => return made_true(&unmet.term),
         Cause::TooHeavy(_) => return "the hand cannot hold it; take something lighter".to_owned(),
+        Cause::Overloaded(overload) => {
+            return match &overload.held {
+                Some(held) => format!("take something lighter than `{held}`, or put less in it"),
+                None => {
+                    "do it nearer to the arm, or check the efforts in the robot's URDF".to_owned()
+                }
+            };
+        }
         // Their own words say what would have to be otherwise.
         Cause::Refused(_)
         | Cause::Script(_)

@@ -171,6 +171,33 @@ impl fmt::Display for Unrehearsed {
     }
 }
 
+/// A joint that would carry more than the robot's file says that it may.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Overload {
+    /// The joint's name.
+    pub joint: String,
+    /// Whether it slides: then it carries N, not N·m.
+    pub slides: bool,
+    /// What it would carry, a mean over a quarter of a second, N·m or N.
+    pub torque: f64,
+    /// What it may carry, N·m or N.
+    pub limit: f64,
+    /// What is in the hand.
+    pub held: Option<String>,
+}
+
+impl fmt::Display for Overload {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { joint, slides, torque, limit, held } = self;
+        let unit = if *slides { "N" } else { "N·m" };
+        write!(f, "{joint} would carry {torque:.1} {unit}, and its limit is {limit:.1} {unit}")?;
+        match held {
+            Some(held) => write!(f, ", with `{held}` in the hand"),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Where a script stood when it gave up.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Place {
@@ -270,6 +297,9 @@ pub enum Cause {
     /// The fingers may not press as hard as a thing would need: what the binding says.
     #[error("{0}")]
     TooHeavy(String),
+    /// A joint would carry more than it may: what the rehearsal measured.
+    #[error("{0}")]
+    Overloaded(Overload),
     /// Its script gave up, or a binding refused what the script asked for: their own words.
     #[error("{0}")]
     Refused(String),

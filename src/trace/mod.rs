@@ -10,7 +10,9 @@ mod rows;
 mod step;
 
 pub use event::{Event, Nobody, Observer, Still, Tryout, jpeg, small_jpeg};
-pub use failure::{Cause, Mistimed, Overdue, Place, Shared, StepFailure, Unmet, Unrehearsed};
+pub use failure::{
+    Cause, Mistimed, Overdue, Overload, Place, Shared, StepFailure, Unmet, Unrehearsed,
+};
 pub use line::{Call, Deed, Line};
 pub use no_way::{FARTHEST_TOLD, NoWay, OffTable, Over, Tilted, TooNear, Why};
 pub use rows::{DuringRow, Fared, FluentRow, Measure, TermRow};

@@ -48,6 +48,12 @@ impl Twin {
         self.with_pushes(self.torques())
     }
 
+    /// Returns what it takes to carry and accelerate links, gripper and the held object with its water, N·m, base first, with
+    /// the acceleration of [`Self::torques_sensed`]. What pushes on the hand is not in it.
+    pub fn torques_carried(&self) -> Vec<f64> {
+        self.load().every_other.clone()
+    }
+
     fn with_pushes(&self, mut tau: Vec<f64>) -> Vec<f64> {
         let mut pushes = self.physics.pushes(self.payload(), self.settings.dt);
         pushes.extend(self.pulled);

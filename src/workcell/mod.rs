@@ -24,6 +24,7 @@ pub mod record;
 pub mod rehearse;
 pub mod spots;
 mod stdlib;
+mod strain;
 mod together;
 pub mod trials;
 mod album;

@@ -22,13 +22,14 @@ use crate::execution::{done::Done, walk::Walker};
 use crate::graph::ParseGraph;
 use crate::language::Library;
 use crate::motion::budget;
-use crate::trace::{Outcome, StepFailure};
+use crate::trace::{Cause, Event, Observer, Outcome, StepFailure};
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{Person, Settings, Twin};
 use crate::world::{Scene, WorldState};
 
 use super::filming::{Glances, Glimpse, Shown};
 use super::stdlib::Stdlib;
+use super::strain::Meter;
 
 /// Arm time after which a rehearsal is given up, s: a pour takes 30 s.
 const LONGEST: f64 = 1200.0;
@@ -109,6 +110,19 @@ impl Rehearsal {
     pub fn failure(&self) -> Option<(usize, &StepFailure)> {
         let last = self.steps.last()?;
         last.failure.as_ref().map(|failure| (last.index, failure))
+    }
+}
+
+/// Who watches a rehearsal.
+struct Watch {
+    glances: Glances,
+    meter: Meter,
+}
+
+impl Observer for Watch {
+    fn event(&mut self, event: &Event) {
+        self.glances.event(event);
+        self.meter.event(event);
     }
 }
 
@@ -203,7 +217,8 @@ impl Rehearsals<'_> {
         });
         let (look, is_filmed) = (self.look.clone(), self.is_filmed);
         let glances = Glances::new(twin.clone(), look, shown.clone(), is_filmed);
-        let glances = Arc::new(Mutex::new(glances));
+        let meter = Meter::new(twin.clone(), &self.cell.robot);
+        let watch = Arc::new(Mutex::new(Watch { glances, meter }));
         let context = ActionContext::new(
             self.cell.clone(),
             Box::new(TwinBody::new(twin.clone())),
@@ -211,7 +226,7 @@ impl Rehearsals<'_> {
             DecisionLog::recording(),
             (self.seed, candidate.variant),
             self.cancel.clone(),
-            glances.clone(),
+            watch.clone(),
         );
         let mut scripts = Scripts::new(context);
         scripts.context().allow(LONGEST, PLANNED)?;
@@ -226,14 +241,20 @@ impl Rehearsals<'_> {
         let mut success = true;
         let next_step = || {
             let time = twin.lock().unwrap_or_else(PoisonError::into_inner).time();
-            glances.lock().unwrap_or_else(PoisonError::into_inner).next_step(time)
+            let mut watch = watch.lock().unwrap_or_else(PoisonError::into_inner);
+            (watch.glances.next_step(time), watch.meter.take())
         };
         next_step();
         for index in candidate.from..candidate.pg.steps.len() {
-            let step = walker.step(&candidate.pg, index, &watched)?;
+            let mut step = walker.step(&candidate.pg, index, &watched)?;
+            let (glimpsed, overload) = next_step();
+            if let Some(overload) = overload.filter(|_| step.outcome == Outcome::Success) {
+                step.outcome = Outcome::Failure;
+                step.failure = Some(Cause::Overloaded(overload).into());
+            }
             success = step.outcome == Outcome::Success;
             steps.push(step);
-            glimpses.push(next_step());
+            glimpses.push(glimpsed);
             let twin = twin.lock().unwrap_or_else(PoisonError::into_inner);
             views.push(super::picture::view(&twin, self.look));
             if !success {

@@ -4,11 +4,11 @@ use trueup::execution::calibrate::Switches;
 use trueup::lab::{Clutter, LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::{Source, parse_line};
-use trueup::trace::Nobody;
-use trueup::workcell::{Ending, Options, Run, Stdlib, WorkCell};
+use trueup::trace::{Cause, Nobody};
+use trueup::workcell::{Ending, Error, Options, Run, Stdlib, WorkCell};
 use trueup::world::Shape;
 
-use super::options;
+use super::{call, dry, options, plain};
 
 /// Two cubes and a tray, in a laboratory that is as assumed.
 fn cubes() -> Options {
@@ -122,6 +122,23 @@ fn what_nobody_can_judge_is_not_called_a_success() {
     );
     let document = serde_json::to_value(&run).unwrap();
     assert_eq!(document["outcome"], "unconfirmed");
+}
+
+/// A jar of 6 kg was lifted with 53 N·m on a joint that may carry 39.
+#[test]
+fn what_is_too_heavy_for_the_joints_is_refused_before_anything_moves() {
+    let dry = dry();
+    let text = dry.text.replace("mass 160 g", "mass 6 kg");
+    assert_ne!(text, dry.text);
+    let mut cell =
+        WorkCell::open(Options { scene: Some(Source::new("heavy.task", text)), ..plain() })
+            .unwrap();
+    let error = cell.run(&call("pick(jar)"), None, Box::new(Nobody)).unwrap_err();
+    let Error::NoSurvivor { step, failure, .. } = &error else { panic!("{error}") };
+    let Cause::Overloaded(overload) = &failure.cause else { panic!("{step}: {error}") };
+    assert!(overload.torque > 1.05 * overload.limit && overload.limit > 0.0, "{overload}");
+    assert_eq!(overload.held.as_deref(), Some("jar"));
+    assert!(error.to_string().contains("N·m, and its limit is 39.0 N·m"), "{error}");
 }
 
 #[test]
