@@ -28,7 +28,7 @@ pub fn told(fork: &Fork, style: Style) -> String {
         recalls.into_iter().any(|failure| matches!(failure.cause, Cause::NotRemembered { .. }));
     if recalls && !fork.remembers {
         text += "\n  what actions remember for later ones is in no record: it is known for the last run of \
-                 this session alone, so begin from a step before the one that finds it";
+                 this session that did a step, so begin from a step before the one that finds it";
     }
     text
 }
