@@ -136,14 +136,14 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
     let image = picture(&args.image)?;
     let others = masks::opened(&args.masks, style)?;
     let camera = calibrated(args.calibration.as_deref(), &image, scene.clone(), style)?;
-    let look = |options: &Options| {
-        vision::see(&image, &camera, &scene, options).map_err(|error| unused(&error).at(&place))
-    };
-    let mut sightings = look(&Options::default())?;
+    let look =
+        vision::Look::new(&image, &camera, &scene).map_err(|error| unused(&error).at(&place))?;
+    note_colour(&look, style);
+    let mut sightings = look.see(&Options::default());
     if let Some(others) = &others {
         let masks = offered(others, &image, &sightings)?;
         if !masks.is_empty() {
-            sightings = look(&Options { masks, ..Options::default() })?;
+            sightings = look.see(&Options { masks, ..Options::default() });
         }
     }
     if let Some(dir) = &args.out {
@@ -173,6 +173,13 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
     }
     let all = sightings.iter().all(|sighting| sighting.found);
     Ok(if all { Exit::Yes } else { Exit::No })
+}
+
+/// Says of a picture without colour that it has none.
+pub(super) fn note_colour(look: &vision::Look<'_>, style: Style) {
+    if !look.has_colour() {
+        style.note(report::NO_COLOUR);
+    }
 }
 
 /// Tells of a picture that cannot be used.

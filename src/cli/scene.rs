@@ -17,7 +17,7 @@ use crate::scene::write::to_text;
 use crate::world::colour::colour_word;
 use crate::world::{Camera, Material, Object, Scene};
 
-use super::camera::{calibrated, picture, unused};
+use super::camera::{calibrated, note_colour, picture, unused};
 use super::inputs;
 
 #[derive(Debug, Subcommand)]
@@ -68,6 +68,7 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
     let camera = calibrated(args.calibration.as_deref(), &image, base.clone(), style)?;
     let wrong = |error: vision::Error| unused(&error).at(args.image.display().to_string());
     let look = vision::Look::new(&image, &camera, &base).map_err(wrong)?;
+    note_colour(&look, style);
     let mut seen = look.see(&Options::default());
     seen.retain(|sighting| sighting.found && sighting.confidence >= SURE);
     let (mut things, mut missed) = (Vec::new(), Vec::new());

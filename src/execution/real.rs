@@ -40,11 +40,20 @@ pub struct RealBody {
     looking: Option<Looking>,
 }
 
-/// What is found in a photograph: its picture, the scene's objects, and what else there is, where that was asked.
-type Found = Result<(Event, Vec<Sighting>, Option<Vec<Unknown>>), vision::Error>;
+/// What is found in a photograph.
+struct Found {
+    /// The photograph, with what was found drawn into it.
+    picture: Event,
+    /// The scene's objects.
+    sightings: Vec<Sighting>,
+    /// What else there is, where that was asked.
+    others: Option<Vec<Unknown>>,
+    /// Whether it has any colour.
+    has_colour: bool,
+}
 
 /// What is found in a photograph, worked out in a thread of its own.
-type Looking = std::thread::JoinHandle<Found>;
+type Looking = std::thread::JoinHandle<Result<Found, vision::Error>>;
 
 impl RealBody {
     /// Takes devices in a context with what is known so far.
@@ -183,13 +192,14 @@ impl Body for RealBody {
         self.looking = Some(std::thread::spawn(move || {
             let photo = plate(None);
             let look = vision::Look::new(&photo, &camera, &scene)?;
-            let seen = look.see_standing(&mut options, &known);
+            let sightings = look.see_standing(&mut options, &known);
             // What hangs over the table hides it, and is reflected in it.
             let is_open = options.elsewhere.is_empty();
-            let others = is_open.then(|| look.unexplained(&seen, &options, &before));
-            let mut image = annotate(&photo, &seen);
+            let others = is_open.then(|| look.unexplained(&sightings, &options, &before));
+            let mut image = annotate(&photo, &sightings);
             outline_unknown(&mut image, &camera, others.as_deref().unwrap_or(&[]));
-            Ok((Event::picture(name, &image), seen, others))
+            let (picture, has_colour) = (Event::picture(name, &image), look.has_colour());
+            Ok(Found { picture, sightings, others, has_colour })
         }));
         Ok(())
     }
@@ -199,9 +209,12 @@ impl Body for RealBody {
         let no_use = |error| DeviceError::Unavailable(wording::image_of_no_use(error));
         // A mistake of the program's own is no fault of the photograph.
         let found = looking.join().unwrap_or_else(|panic| resume_unwind(panic));
-        let (picture, sightings, others) = found.map_err(no_use)?;
+        let Found { picture, sightings, others, has_colour } = found.map_err(no_use)?;
         if let Ok(mut watcher) = self.watcher.lock() {
             watcher.event(&picture);
+            if !has_colour {
+                watcher.event(&Event::note(wording::no_colour()));
+            }
             for sighting in &sightings {
                 watcher.event(&Event::note(wording::seen(sighting)));
             }

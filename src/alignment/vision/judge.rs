@@ -418,6 +418,16 @@ pub(super) fn suspect(
     }
 }
 
+/// Takes into account that what was seen may be one of `others`, which differ from it by colour alone, in a picture that has
+/// none; `share` is how probable it is that it is not.
+pub(super) fn without_colour(sighting: &mut Sighting, others: &[&str], share: f64) {
+    let was_found = sighting.confidence >= FOUND;
+    sighting.confidence *= share;
+    if was_found {
+        sighting.reason = Some(wording::only_colour_tells(others));
+    }
+}
+
 /// Decides whether an object is found; what is not found has a reason, and the likeliest place in place of its place.
 pub(super) fn decide(sighting: &mut Sighting) {
     let Some(pose) = sighting.world_from_object else { return };

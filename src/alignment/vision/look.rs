@@ -39,6 +39,11 @@ impl<'a> Look<'a> {
         Ok(Self { image, camera, scene, picture, view, table: OnceLock::new() })
     }
 
+    /// Whether the photograph has any colour, by which things of one form are told apart.
+    pub fn has_colour(&self) -> bool {
+        !self.picture.is_grey
+    }
+
     fn bare(&self) -> &(Option<TableModel>, Plane) {
         self.table.get_or_init(|| {
             let table = TableModel::fit(&self.picture, &self.view, &self.scene.table);

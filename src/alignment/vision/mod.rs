@@ -285,7 +285,11 @@ impl Look<'_> {
         };
         let mut sightings = everything.judged();
         blame(&mut sightings, view.eye().z);
-        for ((sighting, _), sought) in sightings.iter_mut().zip(&everything.sought) {
+        for (i, ((sighting, _), sought)) in sightings.iter_mut().zip(&everything.sought).enumerate()
+        {
+            if let Some((others, share)) = everything.only_colour_tells(i) {
+                judge::without_colour(sighting, &others, share);
+            }
             judge::decide(sighting);
             let raised = |pose: ObjectPose| {
                 ObjectPose::from_parts(

@@ -67,12 +67,16 @@ impl<'a> Sought<'a> {
         }
     }
 
-    /// Whether a picture cannot tell it from another thing, and both are looked for in one place.
+    /// Whether a picture in colour cannot tell it from another thing, and both are looked for in one place.
     fn looks_as(&self, other: &Self) -> bool {
+        self.object.colour == other.object.colour && self.has_form_of(other)
+    }
+
+    /// As [`Self::looks_as`], of a picture without colour.
+    fn has_form_of(&self, other: &Self) -> bool {
         let (one, two) = (self.object, other.object);
         one.shape == two.shape
             && one.material == two.material
-            && one.colour == two.colour
             && self.height.to_bits() == other.height.to_bits()
             && self.window == other.window
     }
@@ -120,6 +124,21 @@ impl Everything<'_> {
                 judge::judge(self.picture, view, self.table, &evidence, offered, asked)
             })
             .collect()
+    }
+
+    /// The things that a thing differs from by nothing but its colour, where the picture has none; with the share of those of its
+    /// form that have its colour, which is how probable it is that a place of that form is one of its own.
+    pub(super) fn only_colour_tells(&self, i: usize) -> Option<(Vec<&str>, f64)> {
+        if !self.picture.is_grey {
+            return None;
+        }
+        let own = &self.sought[i];
+        let of_form = self.sought.iter().filter(|other| own.has_form_of(other));
+        let (alike, others): (Vec<&Sought>, Vec<&Sought>) =
+            of_form.partition(|other| own.looks_as(other));
+        let share = alike.len() as f64 / (alike.len() + others.len()) as f64;
+        let names: Vec<&str> = others.iter().map(|other| other.object.name.as_str()).collect();
+        (!names.is_empty()).then_some((names, share))
     }
 
     /// The scores of what looks like a thing elsewhere and is nothing else that is known.
@@ -177,7 +196,10 @@ impl Everything<'_> {
         let [low, _, high, _] = self.table.corners();
         let everywhere = Window { x: [low[0], high[0]], y: [low[1], high[1]] };
         // Things of one look are looked for once.
-        let first = |i: usize| (0..i).find(|j| self.sought[*j].looks_as(&self.sought[i]));
+        let is_alike = |one: &Sought, two: &Sought| {
+            if self.picture.is_grey { one.has_form_of(two) } else { one.looks_as(two) }
+        };
+        let first = |i: usize| (0..i).find(|j| is_alike(&self.sought[*j], &self.sought[i]));
         let firsts: Vec<usize> = (0..self.sought.len()).map(|i| first(i).unwrap_or(i)).collect();
         let search = |i: usize| {
             if firsts[i] != i {

@@ -39,6 +39,16 @@ pub(super) fn is_something_else(at: &Candidate) -> String {
     )
 }
 
+/// It differs from these by its colour alone, and the picture has none.
+pub(super) fn only_colour_tells(others: &[&str]) -> String {
+    let others: Vec<String> = others.iter().map(|name| format!("`{name}`")).collect();
+    format!(
+        "it differs from {} by colour alone, and the picture has no colour; take it in colour, or clear the table of what it \
+         may be mistaken for",
+        others.join(" and ")
+    )
+}
+
 /// A rival is as good.
 pub(super) fn two_places(best: &Candidate, rival: &Candidate) -> String {
     format!(
