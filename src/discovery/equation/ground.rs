@@ -77,44 +77,66 @@ impl Question<'_> {
 
     /// Lines of the residual's spectrum that the motion itself does not have, Hz.
     fn hums(&self, fitted: &Fitted) -> Vec<f64> {
-        let bench = &self.bench;
-        let (Some(first), Some(r)) = (bench.train.first(), fitted.train.residuals.first()) else {
+        let (bench, all) = (&self.bench, &fitted.train.residuals);
+        let (Some(first), Some(left)) = (bench.train.first(), all.first()) else {
             return Vec::new();
         };
         let windows = bench.task(&fitted.compiled).windows;
         // Windows share their edges; each row counts once.
-        let (mut rows, mut left) = (Vec::new(), Vec::new());
+        let (mut rows, mut kept) = (Vec::new(), Vec::new());
         let run = windows.iter().take_while(|w| w.data == 0).flat_map(|w| w.rows.clone());
-        for (row, value) in run.zip(r) {
+        for (at, row) in run.enumerate().take(left.len()) {
             if rows.last() != Some(&row) {
                 rows.push(row);
-                left.push(*value);
+                kept.push(at);
             }
         }
         if rows.len() < 2 {
             return Vec::new();
         }
-        let at = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
-        let time = at(&first.time);
+        let measured = |column: &[f64]| -> Vec<f64> { rows.iter().map(|r| column[*r]).collect() };
+        let missed = |left: &[f64]| -> Vec<f64> { kept.iter().map(|at| left[*at]).collect() };
+        let time = measured(&first.time);
         let longest = windows.iter().map(|w| w.rows.len()).max().unwrap_or(0);
         let run = longest as f64 * first.step();
-        let mut found = lines(&time, &left, 4);
+        let mut found = lines(&time, &missed(left), 4);
         // What does not come round a few times in a run cannot be told from a drift.
         found.retain(|f| f * run >= 3.0);
         if found.is_empty() {
             return found;
         }
         let apart = 2.0 / (time[time.len() - 1] - time[0]).max(1e-300);
-        let of_motion: Vec<f64> = first
-            .inputs
-            .iter()
-            .chain(&first.outputs)
-            .flat_map(|column| lines(&time, &at(column), 6))
-            .collect();
-        found.retain(|f| of_motion.iter().all(|g| (f - g).abs() > apart));
+        let strongest = |column: &[f64]| lines(&time, column, STRONGEST);
+        let mut own: Vec<f64> =
+            first.inputs.iter().flat_map(|input| strongest(&measured(input))).collect();
+        let mut seen = Vec::new();
+        for (output, left) in first.outputs.iter().zip(all) {
+            let output = measured(output);
+            // What the model says is what was measured less what it misses of it.
+            let said: Vec<f64> = output.iter().zip(missed(left)).map(|(y, r)| y - r).collect();
+            own.extend(strongest(&said));
+            seen.extend(strongest(&output));
+        }
+        found.retain(|f| !is_of_motion(*f, &own, &seen, apart));
         found.truncate(2);
         found
     }
+}
+
+/// How many of a signal's lines are looked at.
+const STRONGEST: usize = 6;
+
+/// A law that bends makes lines at so many times those of a motion.
+const MOST_TIMES: u8 = 5;
+
+/// Whether a line is one of the motion's, all in Hz: `own` are those of the inputs and of what the model says of the outputs,
+/// `seen` those of the outputs as measured, where a hum that drives them stands as well, and lines of a law that the model
+/// lacks at whole multiples of its own. Lines within `apart` are one.
+fn is_of_motion(line: f64, own: &[f64], seen: &[f64], apart: f64) -> bool {
+    let is_near = |other: f64| (line - other).abs() <= apart;
+    let is_multiple = |f: &f64| (2..=MOST_TIMES).any(|times| is_near(f64::from(times) * f));
+    let is_seen = || seen.iter().any(|f| is_near(*f));
+    own.iter().any(|f| is_near(*f)) || is_seen() && own.iter().any(is_multiple)
 }
 
 /// The part of the time that a signal stands still: goes less than a fiftieth as far in a fiftieth of the time as it
@@ -148,7 +170,7 @@ fn turns(values: &[f64]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{still, turns};
+    use super::{is_of_motion, still, turns};
 
     #[test]
     fn a_wave_turns_twice_a_period_and_a_fall_never() {
@@ -157,6 +179,16 @@ mod tests {
         let thrown: Vec<f64> = (0..50).map(|i| 0.1 - 0.01 * f64::from(i * i)).collect();
         assert_eq!(turns(&thrown), 0);
         assert!(still(&thrown) < 0.1, "{}", still(&thrown));
+    }
+
+    /// A hum that drives an output puts its line there, and was taken for the motion's own.
+    #[test]
+    fn a_line_that_only_the_measurement_has_is_no_line_of_the_motion() {
+        let (own, seen) = ([0.275, 0.575], [0.575, 1.3, 1.15]);
+        assert!(!is_of_motion(1.3, &own, &seen, 0.05));
+        assert!(is_of_motion(0.56, &own, &seen, 0.05));
+        assert!(is_of_motion(1.15, &own, &seen, 0.05), "a multiple that is measured");
+        assert!(!is_of_motion(1.725, &own, &seen, 0.05), "a multiple that is not");
     }
 
     #[test]

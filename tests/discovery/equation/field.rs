@@ -166,3 +166,19 @@ fn of_a_drive_that_goes_one_way_the_inertia_stays_finite_and_dry_friction_is_a_d
     let expected = [("linear_damping", false), ("input_offset", true), ("dry_friction", true)];
     assert!(expected.iter().all(|e| said.contains(e)) && said.len() == 3, "{finding:#?}");
 }
+
+/// The line of a hum that drives the output stands there as well as in what is left.
+#[test]
+fn a_hum_that_drives_the_output_is_named() {
+    let made = |seed: u32| {
+        let input = move |t: f64| 3.0 * wiggle(t, f64::from(seed));
+        let rates = |t: f64, u: f64, x: &[f64]| {
+            let hum = 0.8 * (std::f64::consts::TAU * 1.7 * t + 0.4).sin();
+            vec![x[1], u - 22.0 * x[0] - 0.7 * x[1] + hum]
+        };
+        record(400, 0.05, seed, 2e-4, &[0.1, 0.0], rates, |_, x| x[0], input)
+    };
+    let hum = only(ask(OSCILLATOR, &[made(1), made(2)]).unwrap(), "periodic_disturbance", "v");
+    assert!((hum("amplitude").abs() - 0.8).abs() < 0.05, "{}", hum("amplitude"));
+    assert!((hum("frequency") - 1.7).abs() < 0.01, "{}", hum("frequency"));
+}
