@@ -117,6 +117,9 @@ const COLOURED: f64 = 0.3;
 /// A law is right to this part and no better: a smooth `sign`, an input between two rows, a coefficient
 /// that is no constant. What explains less than this part of what is explained already is not named.
 pub const IMPERFECTION: f64 = 0.02;
+/// What is left is no error of measurement where it is this many times as large as the noise is known to be: one that forgets
+/// itself within ten rows is four times what its differences from row to row show of it.
+const FAR_ABOVE: f64 = 10.0;
 /// Held-out data that are described worse than the fitted ones by more than this factor, beyond what a law may
 /// get wrong, are of another machine, or show what the fitted ones do not.
 const FAR_WORSE: f64 = 2.0;
@@ -223,10 +226,20 @@ impl Question<'_> {
     }
 
     /// Whether what is left looks like noise: as small as the noise is known to be, or white; or of another colour,
-    /// if it is small beside the signal and follows nothing that the model has.
+    /// if it is small beside the signal, not far above the noise, and follows nothing that the model has.
     pub fn is_noise(&self, h: &Hypothesis) -> bool {
-        let is_small = || self.size(&h.fitted.train).max(self.size(&h.held)) < MATTERS;
+        let sets = [&h.fitted.train, &h.held];
+        let is_small = || sets.iter().all(|e| self.size(e) < MATTERS && !self.is_far_above(e));
         !self.is_far_worse(h) && (self.is_white(h) || is_small() && !self.follows_something(h))
+    }
+
+    /// Whether what is left of some output is more than a law may get wrong, and far above its noise, where that is known.
+    pub fn is_far_above(&self, estimate: &Estimate) -> bool {
+        let noise = &self.bench.train[0].noise;
+        let mut outputs = estimate.rms().into_iter().zip(noise.iter().zip(&self.bench.scales));
+        outputs.any(|(rms, (noise, scale))| {
+            rms > IMPERFECTION * scale && *noise > 0.0 && rms > FAR_ABOVE * noise
+        })
     }
 
     /// Whether what is left is as small as the noise is known to be, or white.

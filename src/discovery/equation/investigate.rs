@@ -115,6 +115,8 @@ pub fn investigate(
     notes.extend(about_inputs(&question.bench, &compiled));
     progress(wording::LOOKING, 0.95);
     if !question.explains_most(&search) {
+        let tried = search.best.effects.iter().map(|e| (e.candidate.kind, e.candidate.at.as_str()));
+        notes.push(wording::leaves_most(tried));
         search.forget();
     }
     let is_noise = question.is_noise(&search.best);

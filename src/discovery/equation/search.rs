@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::candidates::{Candidate, candidates};
 use super::edit::{Patch, apply, model_in};
+use super::estimate::Estimate;
 use super::fitting::Fitted;
 use super::hypothesis::{Chosen, Gain, Hypothesis, MOST, Question, with_values};
 use super::meaning::says_nothing;
@@ -119,10 +120,16 @@ impl Question<'_> {
     }
 
     /// Whether the effects take most of the gap beyond the noise, or leave nothing but noise: what explains less is
-    /// no list of what is missing.
+    /// no list of what is missing. Where far more than noise is left they must take most of it on the data fitted as well:
+    /// what hardly helps there and a lot elsewhere stands in for something else.
     pub(super) fn explains_most(&self, search: &Search) -> bool {
-        let [was, is] = [&search.nominal, &search.best].map(|h| self.beyond(&h.held));
-        search.best.effects.is_empty() || is < MOST * was || self.is_noise(&search.best)
+        let (nominal, best) = (&search.nominal, &search.best);
+        let takes_most = |set: fn(&Hypothesis) -> &Estimate| {
+            self.beyond(set(best)) < MOST * self.beyond(set(nominal))
+        };
+        let is_enough = takes_most(|h| &h.held)
+            && (!self.is_far_above(&best.held) || takes_most(|h| &h.fitted.train));
+        best.effects.is_empty() || is_enough || self.is_noise(best)
     }
 
     /// Keeps the size of the gap that is to be explained.

@@ -42,8 +42,9 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
         ),
         Verdict::ModelInadequate | Verdict::DifferentMachines => from_to,
         Verdict::Unknown if effects.is_empty() => format!(
-            "the model misses {} of the signal on held-out data, and nothing that has a name explains it",
-            percent(gap.before.heldout)
+            "the model misses {} of the signal on held-out data, where noise is {}, and nothing that has a name explains it",
+            percent(gap.before.heldout),
+            percent(gap.noise_floor)
         ),
         Verdict::Unknown => format!(
             "nothing that has a name explains it; with the formula for {} {from_to}",
@@ -78,6 +79,15 @@ pub(super) fn refused(train: f64, heldout: f64, least: f64) -> String {
     }
     format!(
         "; the best formula explains {train} of it on the data fitted and {heldout} on the data held out, where {least} are needed, so none is given"
+    )
+}
+
+/// Which names, with their places, take too little of the gap to be given.
+pub(super) fn leaves_most<'e>(tried: impl Iterator<Item = (&'e str, &'e str)>) -> String {
+    let names: Vec<String> = tried.map(|(kind, at)| format!("{kind}({at})")).collect();
+    format!(
+        "{} would take a part of the gap and leave too much of it to be what is missing",
+        names.join(" and ")
     )
 }
 
