@@ -64,7 +64,7 @@ fn noise_that_follows_itself_is_no_effect() {
 #[test]
 fn a_gap_far_above_the_noise_is_not_called_noise() {
     let recordings = spoilt(|rows, rng| {
-        let noise = coloured(0.1, rows.len() + 40, rng);
+        let noise = coloured(1.5, rows.len() + 40, rng);
         let smooth: Vec<f64> = noise.windows(20).map(|w| w.iter().sum::<f64>() / 20.0).collect();
         let smoother = smooth.windows(20).map(|w| w.iter().sum::<f64>() / 20.0);
         rows.iter_mut().zip(smoother).for_each(|(row, wander)| row[2] += wander);
