@@ -85,8 +85,9 @@ fn misspelt(tree: &AST, functions: &BTreeSet<String>) -> Option<(Position, Mista
     let mut found = None;
     tree.walk(&mut |path: &[ASTNode<'_>]| {
         let called = match path.last() {
-            Some(ASTNode::Expr(Expr::FnCall(call, at))) => Some(("", call, *at)),
-            Some(ASTNode::Stmt(Stmt::FnCall(call, at))) => Some(("", call, *at)),
+            Some(ASTNode::Expr(Expr::FnCall(call, at)) | ASTNode::Stmt(Stmt::FnCall(call, at))) => {
+                Some(("", call, *at))
+            }
             Some(ASTNode::Expr(Expr::MethodCall(call, at))) => {
                 Some((receiver(path, call), call, *at))
             }
