@@ -33,6 +33,8 @@ pub struct Past {
     pub(super) ahead: BTreeMap<usize, Done>,
     /// What was done to things with a tool.
     pub(super) worked: Worked,
+    /// What the fingers closed on last, and where it stood then, x and y, m.
+    pub(super) taken: Option<(String, [f64; 2])>,
 }
 
 impl Past {

@@ -301,7 +301,7 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
         }
         Why::TooNear(_) => "make room around the arm, or bring it elsewhere first",
         Why::OffTable(_) => "name a place on the table, away from its edge",
-        Why::NoFreePlace => "make room on the table, or say where to put it with `at:`",
+        Why::NoFreePlace => "make room on the table: `put` something on something else",
         Why::Shallow { .. } => "fill it, or take a narrower vessel",
         Why::EmptyHand => "`pick` something first",
         Why::OverOpening => "take it by its side: `approach` takes the face, `side`",

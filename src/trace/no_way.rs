@@ -61,7 +61,7 @@ pub enum Why {
     TooNear(Box<TooNear>),
     /// It would not stand on the table.
     OffTable(OffTable),
-    /// Nothing has room on the table where the arm sets things down of itself.
+    /// It has room nowhere on the table where the arm sets things down of itself, nor where it stood.
     NoFreePlace,
     /// There is too little water to stir.
     Shallow {
@@ -238,7 +238,7 @@ impl std::fmt::Display for NoWay {
             }
             Why::OffTable(off) => write!(f, "{off}"),
             Why::NoFreePlace => {
-                write!(f, "no place on the table that the arm reaches with ease has room for it")
+                write!(f, "no place on the table within the arm's reach has room for it")
             }
             Why::NoPath(says) | Why::IntoHeld { says, .. } => {
                 write!(f, "no path was found ({says})")

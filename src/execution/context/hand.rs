@@ -63,8 +63,10 @@ impl ActionContext {
         // What the fingers may not do is said before the arm holds still for it.
         self.setting.cell.clear_grip(0.0, FINGER_SPEED, force)?;
         self.tare()?;
+        let stood = self.body.state()?.object(o).and_then(|known| known.world_from_object);
         let grip = self.grip(0.0, force)?;
         self.run.past.worked.took(o);
+        self.run.past.taken = stood.map(|pose| (o.to_owned(), pose.origin().xy().into()));
         self.body.gripped(grip, Some(o))?;
         Ok(())
     }

@@ -484,7 +484,8 @@ impl ActionContext {
     pub(super) fn planner(&mut self) -> Result<Planner, ActionError> {
         let state = self.body.state()?;
         let (q, budget) = (self.run.q.clone(), self.budget());
-        Ok(Planner::new(self.setting.cell.clone(), state, q, self.step.doubt, budget))
+        let planner = Planner::new(self.setting.cell.clone(), state, q, self.step.doubt, budget);
+        Ok(planner.having_taken(self.run.past.taken.clone()))
     }
 }
 

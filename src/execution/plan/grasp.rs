@@ -38,7 +38,7 @@ const BRANCHES: usize = 24;
 /// How far up from the grasp the arm must be able to follow, m. Chosen: most of what `lift` goes when nothing else is
 /// said (12 cm, and 9 cm are its promise, `stdlib/tasks/std.task`). Half of it lets ways pass that fail in the lift;
 /// twice as much drops ways that a shorter lift would take.
-const LIFT: f64 = 0.10;
+pub(super) const LIFT: f64 = 0.10;
 /// What a way costs for each rad the joint that turns most has to go to its beginning, 1/rad: the unit of the others.
 const TRAVEL_COST: f64 = 1.0;
 /// What a way costs that touches, and the clearance at which that has fallen to half, m: at 1 cm as much as 0.15 rad

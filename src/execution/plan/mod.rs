@@ -18,6 +18,7 @@ mod push;
 mod reachable;
 mod roadmap;
 mod straight;
+mod table;
 mod turn;
 mod work;
 
@@ -108,6 +109,8 @@ pub struct Planner {
     q: Vec<f64>,
     /// How far the arm may be from where it says, m: so much room is left around objects.
     doubt: f64,
+    /// What was taken last, and where it stood then, x and y, m.
+    taken: Option<(String, [f64; 2])>,
     /// What all that is asked of this planner may cost, and who may end it.
     budget: Arc<Budget<'static>>,
 }
@@ -131,7 +134,13 @@ impl Planner {
         doubt: f64,
         budget: Arc<Budget<'static>>,
     ) -> Self {
-        Self { cell, state, q, doubt, budget }
+        Self { cell, state, q, doubt, taken: None, budget }
+    }
+
+    /// Knows what was taken last, and where it stood then, x and y, m.
+    #[must_use]
+    pub fn having_taken(self, taken: Option<(String, [f64; 2])>) -> Self {
+        Self { taken, ..self }
     }
 
     /// Takes note of work about to be done; returns whether to go on looking for ways, or be content with those
@@ -310,13 +319,9 @@ impl Planner {
     pub fn free(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Way, NoWay> {
         if self.in_hand().is_some() && self.doubt < SLID {
             let whole = Arc::clone(&self.budget);
-            let careful = Self {
-                cell: self.cell.clone(),
-                state: self.state.clone(),
-                q: self.q.clone(),
-                doubt: SLID,
-                budget: Arc::new(Budget::of(CAREFUL, move || whole.spend(1).is_err())),
-            };
+            let budget = Arc::new(Budget::of(CAREFUL, move || whole.spend(1).is_err()));
+            let (cell, state, q) = (self.cell.clone(), self.state.clone(), self.q.clone());
+            let careful = Self::new(cell, state, q, SLID, budget);
             if let Ok(way) = careful.free_within(q, tilt, seed)
                 && way.out.len() <= 1
             {

@@ -6,12 +6,12 @@ use nalgebra::Vector3;
 
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::trace::OffTable;
-use crate::world::frame::{Object, World};
+use crate::world::frame::{Object, Tool, World};
 use crate::world::region::{self, Bearer, TABLE};
 use crate::world::{self as scene, Point, Pose, Region, Unknown, support};
 
 use super::super::wording;
-use super::grasp::distance;
+use super::grasp::{LIFT, distance};
 use super::hollow;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, UNKNOWN, Why, straight};
 
@@ -38,6 +38,9 @@ const SHORT: [f64; 2] = [1.0, 0.5];
 /// What a way down costs that is missing as a whole, in rad of travel. Chosen: one of half the height, which is come to low past
 /// whatever stands beside it, is taken only where half a rad further there is none of all the height.
 const SHORT_COST: f64 = 1.0;
+/// What a place on another thing costs from which the hand cannot go straight up as far as a lift needs, in rad of travel. Chosen:
+/// more than any way round, so that such a place is taken only where there is no other.
+const UNLIFTED_COST: f64 = 10.0;
 /// So many joint positions of a place are tried, nearest first. Chosen: with one of them a high place is given up where
 /// only that branch of the arm cannot come down straight, with twice as many a place out of reach costs twice as much.
 const BRANCHES: usize = 4;
@@ -59,23 +62,14 @@ const TURN_COST: f64 = 0.5;
 /// many there is not one for each, with twice as many the search costs as much again.
 const ENOUGH: usize = 6;
 /// Higher than anything that stands on a table, m: what is below is looked for from there.
-const FAR_ABOVE: f64 = 3.0;
+pub(super) const FAR_ABOVE: f64 = 3.0;
 /// How far apart the places are that are looked at around the base, m. Chosen: a free place is missed by at most 18 mm (half of the diagonal). With half
 /// of it four times as many are looked at, with twice as much gaps that are 35 mm wider than needed are missed.
-const GRID: f64 = 0.025;
-/// How far from the base a level grasp low over the table is comfortable for the arm, m: at 0.5 m a level hand is out
-/// of reach at 0.275 m of height, where joint 4 ends; at 0.62 m every height from 0.075 to 0.275 m is reached (both
-/// tried within the arm's limits). Chosen at the far end, well inside the 1.0 m at which the arm is straight (links
-/// of 0.421 and 0.314 m from a shoulder at 0.285 m, and 0.287 m of level hand): a thing must be lifted there, too.
-const COMFORTABLE: std::ops::Range<f64> = 0.50..0.72;
+pub(super) const GRID: f64 = 0.025;
 /// How far from the table's edge a thing is kept, m. Chosen: an arm whose error nobody has measured is up to 2 cm
 /// beside where it says (8 to 19 mm in `docs/results.md`). With half of it a thing may overhang the edge, with twice
 /// as much a small table has few places.
-const FROM_EDGE: f64 = 0.02;
-/// Room that is left between things, m. Chosen: the open hand is 113 mm wide (85 mm between jaws of 14 mm), and
-/// stands out by 24 mm on each side of a thing of 65 mm. With half of it 6 mm are left to the next thing, with twice
-/// as much a full table has no place.
-const BETWEEN: f64 = 0.06;
+pub(super) const FROM_EDGE: f64 = 0.02;
 
 /// So far inside a region a place is looked for, m: half of what [`region::AT`] allows, so that an arm that is a
 /// centimetre beside where it is sent still ends inside.
@@ -84,14 +78,14 @@ const INSIDE: f64 = 0.5 * region::AT;
 /// ([`region::NEAR`]); with twice as much what is put next to something touches it, since that is farthest inside.
 const WELL_INSIDE: f64 = 0.5 * region::NEAR;
 /// Room that is left between a thing and what it is put beside, m. Chosen: an open 2F-85 stands out by 24 mm on each side
-/// of a thing ([`BETWEEN`]), and 6 mm are left for an arm that is beside where it says; whether the hand touches is
+/// of a thing, and 6 mm are left for an arm that is beside where it says; whether the hand touches is
 /// looked at for every way.
-const CLOSE: f64 = 0.03;
+pub(super) const CLOSE: f64 = 0.03;
 /// The room that places in a region are looked for with, in this order: a share of [`GRID`], and of the room to the next thing and
 /// to the edge of the table. The finer grid finds what is between a thing and the edge; the last leaves 1 cm and 7 mm,
 /// twice and more what a calibrated arm is off (2 to 4 mm in `docs/results.md`), and whether a hand gets there is looked at
 /// for every way.
-const ROOM: [(f64, f64); 3] = [(1.0, 1.0), (0.5, 1.0), (0.25, 1.0 / 3.0)];
+pub(super) const ROOM: [(f64, f64); 3] = [(1.0, 1.0), (0.5, 1.0), (0.25, 1.0 / 3.0)];
 
 /// One way to put an object down.
 #[derive(Debug, Clone, PartialEq)]
@@ -158,10 +152,7 @@ impl Planner {
         let object = object.ok_or_else(|| no(Why::EmptyHand))?;
 
         let places: Vec<Vector3<f64>> = match at {
-            Region::On(name) if name == TABLE => {
-                let free = self.free_places(o, object.shape.outer_radius()).map_err(no)?;
-                free.into_iter().map(|(x, y)| Vector3::new(x, y, 0.0)).collect()
-            }
+            Region::On(name) if name == TABLE => self.free_places(object).map_err(no)?,
             Region::On(name) => self.places_on(object, name).map_err(no)?,
             region => self.places_in(object, region, CLOSE).map_err(no)?,
         };
@@ -170,6 +161,7 @@ impl Planner {
             Region::On(name) => name.as_str(),
             _ => "",
         };
+        let is_raised = !at.is_empty() && at != TABLE;
         let into = self.cell.scene.object(at).and_then(scene::Object::inside);
         let into = into.filter(|inside| support::fits(object, inside));
         let (vessel, deep) = into.as_ref().map(|inside| (at, inside.height())).unzip();
@@ -183,6 +175,7 @@ impl Planner {
         let is_level = ahead.xy().norm() > FRAC_1_SQRT_2;
         let mut dropped = Dropped::new();
         let mut ways = Vec::new();
+        let mut n_lifted = 0;
         'looking: for place in places {
             let (x, y) = (place.x, place.y);
             let heading = self.bearing(&place);
@@ -206,19 +199,8 @@ impl Planner {
                     }
                 };
                 dropped.tried += 1;
-                let back = -down.axis(2) * BACK;
-                let both = |q_down: &Vec<f64>, short: f64| {
-                    let short_up = if into.is_some() { up } else { up * short };
-                    let ways = [short_up, back * short];
-                    let [down, out] = ways.map(|by| self.track(q_down, &straight(&down, by)));
-                    down.ok().zip(out.ok())
-                };
-                let starts = &starts[..starts.len().min(BRANCHES)];
-                let ways_of = SHORT.iter().find_map(|&short| {
-                    let ways = starts.iter().find_map(|q_down| both(q_down, short))?;
-                    Some((ways, short))
-                });
-                let Some(((mut way_down, way_out), short)) = ways_of else {
+                let ways_of = self.up_and_back(&starts, &down, up, into.is_some());
+                let Some(([mut way_down, way_out], short)) = ways_of else {
                     dropped.out_of_reach(0.0);
                     continue;
                 };
@@ -230,9 +212,15 @@ impl Planner {
                     dropped.out_of_reach(0.0);
                     continue;
                 }
+                // From on another thing it is to be taken again.
+                let lift = || straight(&down, Vector3::z() * LIFT);
+                let can_lift = |low: &Vec<f64>| self.track(low, &lift()).is_ok();
+                let is_lifted = !is_raised || way_down.last().is_some_and(can_lift);
+                n_lifted += usize::from(is_lifted);
                 let cost = TRAVEL_COST * distance(&way_down[0], &self.q)
                     + TURN_COST * turn.abs()
-                    + SHORT_COST * (1.0 - short);
+                    + SHORT_COST * (1.0 - short)
+                    + UNLIFTED_COST * f64::from(u8::from(!is_lifted));
                 ways.push(Placement {
                     object: o.to_owned(),
                     above: way_down[0].clone(),
@@ -243,7 +231,7 @@ impl Planner {
                 });
                 break;
             }
-            if ways.len() >= ENOUGH {
+            if n_lifted >= ENOUGH {
                 break;
             }
         }
@@ -252,6 +240,26 @@ impl Planner {
         }
         ways.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         Ok(ways)
+    }
+
+    /// Follows the way `up`, m, from where a thing is let go and the way back from there, from the first of some joint positions
+    /// and by the largest of [`SHORT`] for which both can be followed; out of a vessel all of the way up.
+    fn up_and_back(
+        &self,
+        starts: &[Vec<f64>],
+        down: &Pose<World, Tool>,
+        up: Vector3<f64>,
+        is_into: bool,
+    ) -> Option<([Vec<Vec<f64>>; 2], f64)> {
+        let back = -down.axis(2) * BACK;
+        let both = |q_down: &Vec<f64>, short: f64| {
+            let short_up = if is_into { up } else { up * short };
+            let [up, back] =
+                [short_up, back * short].map(|by| self.track(q_down, &straight(down, by)));
+            Some(([up.ok()?, back.ok()?], short))
+        };
+        let starts = &starts[..starts.len().min(BRANCHES)];
+        SHORT.iter().find_map(|&short| starts.iter().find_map(|q_down| both(q_down, short)))
     }
 
     /// Returns places on, or in, a thing where nothing else stands, m: nearest to its middle first, or, where several find room,
@@ -455,40 +463,5 @@ impl Planner {
             })
         });
         near.map(|other| other.name.clone())
-    }
-
-    /// Returns places on the table that nothing stands near, nearest to the hand first.
-    fn free_places(&self, o: &str, radius: f64) -> Result<Vec<(f64, f64)>, Why> {
-        let scene = &self.cell.scene;
-        let hand = self.state.world_from_tool.origin();
-        let base = scene.world_from_base.origin();
-        let mut places = Vec::new();
-        let most = (COMFORTABLE.end / GRID).ceil() as i32;
-        for ix in -most..=most {
-            for iy in -most..=most {
-                let (dx, dy) = (GRID * f64::from(ix), GRID * f64::from(iy));
-                let (x, y, reach) = (base.x + dx, base.y + dy, dx.hypot(dy));
-                if !COMFORTABLE.contains(&reach) || !scene.table.holds(x, y, radius + FROM_EDGE) {
-                    continue;
-                }
-                let free = self.is_known(x, y, radius)
-                    && scene.objects.iter().filter(|other| other.name != o).all(|other| {
-                        let known =
-                            self.state.object(&other.name).and_then(|s| s.world_from_object);
-                        known.is_none_or(|pose| {
-                            let gap = (pose.origin().x - x).hypot(pose.origin().y - y);
-                            gap > other.shape.outer_radius() + radius + BETWEEN
-                        })
-                    });
-                if free {
-                    places.push((x, y));
-                }
-            }
-        }
-        places.sort_by(|a, b| {
-            let far = |p: &(f64, f64)| (p.0 - hand.x).hypot(p.1 - hand.y);
-            far(a).total_cmp(&far(b))
-        });
-        if places.is_empty() { Err(Why::NoFreePlace) } else { Ok(places) }
     }
 }
