@@ -336,6 +336,20 @@ fn bind_lines(engine: &mut Engine) {
             },
         )
         .register_fn(
+            "raise",
+            |at: NativeCallContext<'_>,
+             arm: &mut Arm,
+             by: Dynamic,
+             least: Dynamic,
+             speed: Dynamic| {
+                let by = within("raise", "the way up", &by, WAY)?;
+                let least = number("raise", "the least way up", &least)?;
+                let speed = within("raise", "the speed", &speed, SPEED)?;
+                let does = wording::moves_straight([0.0, 0.0, by], speed);
+                arm.acts(&at, does)?.raise(by, least, speed).map_err(raise)
+            },
+        )
+        .register_fn(
             "move_by",
             |at: NativeCallContext<'_>, arm: &mut Arm, by: Array, speed: Dynamic| {
                 let by = bounds::way("move_by", &by).map_err(raise)?;

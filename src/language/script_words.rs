@@ -245,6 +245,12 @@ pub const WORDS: &[ScriptWord] = &[
         "straight up by `by` m, or by as much of it as the arm can follow without touching anything",
     ),
     arm(
+        "raise",
+        "by, least, speed",
+        JOINTS,
+        "straight up by `by` m, touching nothing, or where the arm cannot follow that by less, `least` m at least",
+    ),
+    arm(
         "draw_back",
         "path, speed",
         JOINTS,

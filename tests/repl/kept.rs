@@ -95,7 +95,7 @@ fn lifted() -> Line {
     Line {
         script: "lift.rhai".into(),
         line: 2,
-        text: "arm.move_by([0.0, 0.0, by], 0.3);".into(),
+        text: "arm.raise(by, by - 2.0 * cm, 0.3);".into(),
         does: "move straight by 12.0 cm up at 30 % of full speed".into(),
         at_s: 0.0,
         deed: None,

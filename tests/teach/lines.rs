@@ -130,7 +130,7 @@ fn a_record_is_stepped_by_lines_as_far_as_it_holds_them() {
     let setup = || Setup { steps: true, ..Setup::default() };
     let script = Script::of(&["into", "next", "into", "quit"]);
     Stepper::new(script.clone(), setup()).over_record(&run.task, None, &steps);
-    assert_eq!(script.all("line")[0]["line"]["text"], "arm.move_by([0.0, 0.0, by], 0.3);");
+    assert_eq!(script.all("line")[0]["line"]["text"], "arm.raise(by, by - 2.0 * cm, 0.3);");
     assert_eq!(script.all("inside").len(), 1, "of the second step no script is known");
     let mut bare = run.clone();
     bare.steps[0].lines.clear();

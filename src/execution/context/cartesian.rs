@@ -84,6 +84,12 @@ impl ActionContext {
         })?)
     }
 
+    /// `arm.raise(by, least, speed)`: the tool straight up by `by` m, or by less that the arm can follow, `least` m at least.
+    pub fn raise(&mut self, by: f64, least: f64, speed: f64) -> Result<(), ActionError> {
+        let path = self.planned_path(|planner| planner.raise(by, least))?;
+        self.follow(&path, speed)
+    }
+
     /// Returns the path that the rehearsal took, or in a rehearsal what `plan` finds.
     pub(super) fn planned_path(
         &mut self,

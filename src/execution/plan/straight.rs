@@ -15,6 +15,8 @@ use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TOOL, TRACKING, Wa
 
 /// Shares of a rise that are tried, most first: half as far as asked is still clear of what was let go, an eighth is not.
 const RISES: [f64; 3] = [1.0, 0.5, 0.25];
+/// Shares of what a lift may spare that it does without, least first.
+const SPARED: [f64; 2] = [0.5, 1.0];
 /// Between two poses of a way that turns, rad: a point 0.1 m from the tool moves by 3.5 mm, less than a [`STRAIGHT_STEP`].
 const TURN_STEP: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// How much nearer than before something may seem that is touched already, m: what is held creeps in the numbers of a
@@ -37,6 +39,27 @@ impl Planner {
     pub fn line(&self, by: Vector3<f64>) -> Result<Vec<Vec<f64>>, NoWay> {
         let poses = straight(&self.tool_at(&self.q), by);
         self.along(&poses, &wording::to_move(by.norm()), &self.around_hand())
+    }
+
+    /// As [`Self::line`], straight up by `by` m, or where the arm cannot follow that by less, `least` m at least.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::line`], of the whole way.
+    pub fn raise(&self, by: f64, least: f64) -> Result<Vec<Vec<f64>>, NoWay> {
+        let up = |height: f64| self.line(Vector3::z() * height);
+        let out_of_reach = match up(by) {
+            Err(no) if matches!(no.why, Why::OutOfReach { .. }) => no,
+            found => return found,
+        };
+        let spared = (by - least.max(0.0)).max(0.0);
+        for share in SPARED {
+            match up(by - share * spared) {
+                Err(no) if matches!(no.why, Why::OutOfReach { .. }) => {}
+                found => return found,
+            }
+        }
+        Err(out_of_reach)
     }
 
     /// As [`Self::line`], to a pose, the tool turning evenly on the way.
