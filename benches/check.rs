@@ -49,7 +49,7 @@ fn checking(criterion: &mut Criterion) {
                 let path = dir.join(format!("f{i:04}.task"));
                 Source::new(path.display().to_string(), fs::read_to_string(path).unwrap())
             });
-            let found = check_all(&stdlib, sources.collect());
+            let found = check_all(&stdlib, None, sources.collect()).unwrap();
             assert!(found.is_empty(), "{:?}", found[0].0);
             black_box(found)
         });

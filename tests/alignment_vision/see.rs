@@ -203,7 +203,7 @@ fn distractors_are_not_taken_for_the_objects() {
         let mut painter = Painter::new(&camera, [70, 72, 75]);
         painter.table(&scene);
         let mut red = scene.objects[0].clone();
-        red.material = trueup::world::Material::Opaque;
+        red.material = Material::Opaque;
         red.colour = [200, 40, 30];
         red.shape = Shape::Cuboid { size: Vector3::new(0.12, 0.05, 0.06) };
         let mut can = scene.objects[1].clone();
@@ -237,7 +237,7 @@ fn a_held_object_is_verified_where_it_is() {
     let mut painter = Painter::new(&camera, [70, 72, 75]);
     painter.table(&scene);
     let mut jar = scene.objects[0].clone();
-    jar.material = trueup::world::Material::Opaque;
+    jar.material = Material::Opaque;
     jar.colour = [180, 60, 40];
     painter.object(&jar, &pose);
     let image = painter.finish(&Light::even(30));

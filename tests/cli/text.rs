@@ -56,7 +56,7 @@ fn calls_are_judged_by_the_scene_of_a_run() {
     for args in [&["check", "two.task"][..], &["graph", "two.task"], &["run", "two.task"]] {
         let said = scratch.trueup(args);
         assert_ne!(said.code, 0, "{args:?}");
-        let told = said.out + &said.err;
+        let told = format!("{}{}", said.out, said.err);
         assert!(told.contains("there is no object `bigcup`"), "{args:?}: {told}");
         assert!(told.contains("`--scene small.task`"), "{args:?}: {told}");
     }

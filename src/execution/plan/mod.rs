@@ -320,8 +320,8 @@ impl Planner {
         if self.in_hand().is_some() && self.doubt < SLID {
             let whole = Arc::clone(&self.budget);
             let budget = Arc::new(Budget::of(CAREFUL, move || whole.spend(1).is_err()));
-            let (cell, state, q) = (self.cell.clone(), self.state.clone(), self.q.clone());
-            let careful = Self::new(cell, state, q, SLID, budget);
+            let (cell, state) = (self.cell.clone(), self.state.clone());
+            let careful = Self::new(cell, state, self.q.clone(), SLID, budget);
             if let Ok(way) = careful.free_within(q, tilt, seed)
                 && way.out.len() <= 1
             {
