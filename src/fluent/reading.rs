@@ -211,6 +211,14 @@ impl Reading {
         self
     }
 
+    /// Says after the text of its comparison what it is about, where one condition has several.
+    pub(super) fn about(mut self, what: &str) -> Self {
+        for term in &mut self.terms {
+            term.text = format!("{}: {what}", term.text);
+        }
+        self
+    }
+
     /// The reading of `and` (`is_and`) or `or`: the deciding part's numbers, both parts' terms.
     pub(super) fn joined(self, other: Self, is_and: bool) -> Self {
         // For `and`, false beats unknown beats true, and among equals the smaller rank; `or` the reverse.

@@ -145,13 +145,17 @@ pub(super) fn rests_on(
     let sigma = builtin::over_support(a, drop);
     let rests = builtin::limit(on, expr, drop, STANDS, STANDS - drop, sigma);
     let Value::Truth(rests) = rests else { return rests };
+    let rests = rests.about(wording::ITS_HEIGHT);
     let sigma_of = |others: &[&str]| {
         let others = others.iter().filter_map(|name| on.state.object(name));
         others.map(|other| other.std).fold(a.sigma, f64::hypot)
     };
     let rests = match &below.name {
-        Some(name) => rests.joined(within(on, expr, below.inset, sigma_of(&[name])), true),
-        None => *rests,
+        Some(name) => {
+            let edge = within(on, expr, below.inset, sigma_of(&[name]));
+            rests.joined(edge.about(wording::ITS_EDGE), true)
+        }
+        None => rests,
     };
     let at = a.pose.map_or([f64::NAN; 2], |pose| pose.origin().xy().into());
     let inside = match region.margin(on.scene, objects, a.object, at) {
@@ -160,7 +164,8 @@ pub(super) fn rests_on(
         Ok(inside) => inside,
     };
     let sigma = sigma_of(&region.things());
-    Value::Truth(Box::new(rests.joined(within(on, expr, inside, sigma), true)))
+    let place = within(on, expr, inside, sigma).about(wording::ITS_PLACE);
+    Value::Truth(Box::new(rests.joined(place, true)))
 }
 
 /// Whether nobody knows where a thing of the scene is.

@@ -18,6 +18,12 @@ pub(super) const A_TRUTH: &str = "something true or false";
 pub(super) const A_KNOWN_LENGTH: &str = "a length that is known";
 /// Where something may stand.
 pub(super) const A_REGION: &str = "a place with room in it, not a point";
+/// What of resting on something is how far it is above that.
+pub(super) const ITS_HEIGHT: &str = "the gap below it";
+/// What of resting on something is how far inside its edge it stands.
+pub(super) const ITS_EDGE: &str = "how far inside the edge of what bears it";
+/// What of resting somewhere is the place.
+pub(super) const ITS_PLACE: &str = "how far inside that place";
 /// Who looks.
 pub(super) const A_VIEW: &str = "`robot` or `camera`";
 /// What `within` stands after.

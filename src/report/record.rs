@@ -126,7 +126,7 @@ fn truth(truth: Option<bool>) -> &'static str {
     }
 }
 
-/// Words what is different in two runs, line by line: the two runs, the branches first, then steps that one has
+/// Words what is different in two runs, line by line: the two runs, one that did no step with why, the branches, then steps that one has
 /// and the other has not, then what was true in one and not in the other, then the margins that moved most.
 pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<String> {
     let head = |number: usize, run: &Run| {
@@ -134,9 +134,17 @@ pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<
         format!("run {number}: {} {ended}, {} steps", run.task, run.steps.len())
     };
     let heads = [head(a, first), head(b, second)];
-    let mut lines = branches((a, first), (b, second));
-    lines.extend(alone((a, first), second));
-    lines.extend(alone((b, second), first));
+    let mut lines = Vec::new();
+    for (number, run) in [(a, first), (b, second)] {
+        if let (true, Some(reason)) = (run.steps.is_empty(), &run.reason) {
+            lines.push(format!("run {number} did no step: {reason}"));
+        }
+    }
+    if lines.is_empty() {
+        lines = branches((a, first), (b, second));
+        lines.extend(alone((a, first), second));
+        lines.extend(alone((b, second), first));
+    }
     let mut moved = Vec::new();
     for (one, other) in matched(first, second) {
         let step = format!("step {} {}", one.number, one.action);

@@ -140,7 +140,7 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
         let earlier = (self.earlier)();
         let place = &*self.place;
         let asked = why::Question { run: &run, number: None, fluent, earlier: &earlier, place };
-        why::why(&asked).unwrap_or_else(|failure| match failure.help {
+        why::latest(&asked).unwrap_or_else(|failure| match failure.help {
             Some(help) => format!("{}; {help}", failure.message),
             None => failure.message,
         })
@@ -151,7 +151,7 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
         match (rung, &row.direction, steps.last()) {
             (1, ..) => why::verdict(row),
             (2, Some(direction), _) => why::way(direction, row.margin.as_ref()),
-            (2, None, _) => "which way is not known for this one; `hint` once more".to_owned(),
+            // Where no way is known, what to try comes at once.
             (_, _, None) => "there is nothing more to try".to_owned(),
             (_, _, Some(step)) => {
                 let run = Run::so_far("the run so far", steps);

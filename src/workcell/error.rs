@@ -57,10 +57,12 @@ pub enum Error {
     #[error("`{0}` cannot be seen: nothing in the picture looks like it")]
     NotSeen(String),
     /// The arm does not get at an object the call needs; nothing has moved.
-    #[error("`{object}` is {:.0} mm out of reach", .by * 1e3)]
+    #[error("{}`{object}` is {:.0} mm out of reach", place_of(*is_filled), .by * 1e3)]
     OutOfReach {
         /// Which.
         object: String,
+        /// Whether it is poured into, and nobody grasps it.
+        is_filled: bool,
         /// How far, m.
         by: f64,
     },
@@ -150,6 +152,11 @@ pub enum Error {
     /// An action could not be done.
     #[error("{0}")]
     Action(#[from] ActionError),
+}
+
+/// Words where the hand has to get for a thing: to it, or above it where it is poured into.
+fn place_of(is_filled: bool) -> &'static str {
+    if is_filled { "the place to pour from, above " } else { "" }
 }
 
 /// Where the twin's water is.

@@ -89,7 +89,11 @@ impl WorkCell {
                 amount.and_then(|amount| reader.quantity(amount, &state)).map(|known| known.value)
             };
             return Err(match about(part) {
-                Some(("reachable", object)) => Error::OutOfReach { object, by },
+                Some(("reachable", object)) => {
+                    let mut needs = all.iter().filter_map(|part| about(part));
+                    let is_filled = needs.any(|(name, o)| name == "room" && o == object);
+                    Error::OutOfReach { object, is_filled, by }
+                }
                 Some(("room", target)) => {
                     let amount = amount_at(1).unwrap_or(by);
                     Error::NoRoom { target, room: (amount - by).max(0.0), amount }

@@ -8,6 +8,7 @@ use crate::arm::{Cancel, Weighing};
 use crate::execution::decisions::DecisionLog;
 use crate::execution::error::ActionError;
 use crate::execution::reader::Reader;
+use crate::fluent::Reading;
 use crate::graph::{self, Condition, Graph};
 use crate::language::ast::{Call, ExprKind};
 use crate::language::text;
@@ -238,7 +239,9 @@ impl WorkCell {
             run.reason = Some(wording::promise_broken(&broken));
         } else if let Some(unknown) = given.iter().find(|given| truth(given).is_none()) {
             run.outcome = Ending::Unconfirmed;
-            run.reason = Some(wording::promise_unknown(&unknown.text));
+            let Reading { unknown: why, margin, .. } = reader.read(&unknown.expr, &state);
+            let (promised, is_near) = (&unknown.text, margin.is_some());
+            run.reason = Some(wording::promise_unknown(promised, why.as_deref(), is_near));
         }
         run.reached = given.iter().all(|given| truth(given) == Some(true));
         Ok(())

@@ -117,9 +117,11 @@ pub(super) fn promise_broken(broken: &Unmet) -> String {
     format!("at the end it promised {broken}")
 }
 
-/// Why a run that did everything is unconfirmed.
-pub(super) fn promise_unknown(promised: &str) -> String {
-    format!("nothing that was measured says whether `{promised}`")
+/// Why a run that did everything is unconfirmed; `why` is why nobody knows, and `is_near` whether the measurement is too coarse.
+pub(super) fn promise_unknown(promised: &str, why: Option<&str>, is_near: bool) -> String {
+    let why = why.map(|why| format!(": {why}")).unwrap_or_default();
+    let next = if is_near { "; `look()` measures it again" } else { "" };
+    format!("nothing that was measured says whether `{promised}`{why}{next}")
 }
 
 /// The step that was recovered from, and why its recovery failed.

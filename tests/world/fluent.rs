@@ -194,6 +194,15 @@ fn nobody_knows_whether_a_thing_rests_on_what_was_not_seen() {
     assert_eq!((on(&s, "cup"), on(&s, "jar")), (None, Some(false)));
 }
 
+/// `rests_on(jar, left_of(cup))` was told twice, once yes and once no, and nothing said which was the height and which the place.
+#[test]
+fn what_rests_on_something_says_which_of_its_comparisons_is_which() {
+    let reading = read(&state(), &f("rests_on", &["jar", "table"]));
+    let first = &reading.terms[0].text;
+    assert!(first.starts_with("rests_on(jar, table): ") && first.contains("gap"), "{first}");
+    assert_eq!(reading.term, "rests_on(jar, table)");
+}
+
 #[test]
 fn the_lip_of_a_tilted_jar_is_the_lowest_edge_of_its_rim() {
     let mut s = state();

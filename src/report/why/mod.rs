@@ -59,6 +59,20 @@ pub fn why(question: &Question<'_>) -> Result<String, Failure> {
     }
 }
 
+/// As [`why`], for a run that is under way: a fluent that is named is told as it is after the last step, whatever was promised
+/// before.
+///
+/// # Errors
+///
+/// As [`why`].
+pub fn latest(question: &Question<'_>) -> Result<String, Failure> {
+    let rows = question.fluent.map(|name| rows(question.run, name)).unwrap_or_default();
+    match rows.last() {
+        Some((step, row)) => Ok(told(question, step, row)),
+        None => why(question),
+    }
+}
+
 /// Answers for one fluent after one step, whatever it is worth there.
 ///
 /// # Errors
@@ -114,16 +128,20 @@ fn stated<'a>(
 
 /// Returns the last step that says something of a fluent, those that promised it before others.
 fn recorded<'a>(run: &'a Run, name: &str) -> Option<(&'a StepRecord, &'a FluentRow)> {
+    let rows = rows(run, name);
+    let promised = rows.iter().rev().find(|(_, row)| row.expected.is_some());
+    promised.or(rows.last()).copied()
+}
+
+/// Returns what the steps of a run say of a fluent, by its whole text or its name, in their order.
+fn rows<'a>(run: &'a Run, name: &str) -> Vec<(&'a StepRecord, &'a FluentRow)> {
     let is_it = |row: &&FluentRow| {
         row.name == name || row.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('('))
     };
-    let rows: Vec<_> = run
-        .steps
+    run.steps
         .iter()
         .flat_map(|step| step.fluents.iter().filter(is_it).map(move |row| (step, row)))
-        .collect();
-    let promised = rows.iter().rev().find(|(_, row)| row.expected.is_some());
-    promised.or(rows.last()).copied()
+        .collect()
 }
 
 /// Tells of a condition that was in force while steps ran, by its whole text.
@@ -181,7 +199,11 @@ fn decided(step: &StepRecord) -> Option<&FluentRow> {
     let unmet = step.failure.as_ref().and_then(|failure| failure.cause.unmet());
     let named = |row: &&FluentRow| {
         let is_it = |text: &str| unmet.is_some_and(|unmet| unmet.is(text));
-        is_it(&row.name) || row.terms.iter().any(|term| is_it(&term.text))
+        // A term may say after its text which of several it is.
+        let is_term = |text: &str| {
+            is_it(text) || text.rsplit_once(": ").is_some_and(|(plain, _)| is_it(plain))
+        };
+        is_it(&row.name) || row.terms.iter().any(|term| is_term(&term.text))
     };
     step.fluents.iter().find(denied).or_else(|| step.fluents.iter().find(named))
 }

@@ -34,6 +34,8 @@ pub(super) fn comparison(term: &TermRow) -> String {
         if let Some(std) = &term.std {
             let _ = write!(text, " ± {}", unsigned(std));
         }
+    } else if let Some(margin) = &term.margin {
+        let _ = write!(text, "\n         margin {}", people(margin));
     }
     text
 }
