@@ -3,7 +3,7 @@
 use super::super::compile::Compiled;
 use super::super::edit::{NewParam, Patch, fresh};
 use super::laws::{Law, Seen, Sign, law_of};
-use crate::language::ast::ModelItem;
+use crate::language::ast::{Expr, ExprKind, ModelItem};
 use crate::language::names_in;
 use crate::units::Dimension;
 
@@ -265,14 +265,33 @@ pub(super) fn is_not_negative(ground: &Ground, law: Law, at: &str, patch: &Patch
     match law.sign {
         Sign::Any => false,
         Sign::Own => true,
-        Sign::Total | Sign::Given => {
-            let model = if law.sign == Sign::Given { ground.given } else { ground.model };
+        Sign::Total | Sign::Given | Sign::Rubbing => {
+            let model = if law.sign == Sign::Total { ground.model } else { ground.given };
             let has_own = |state: &String| {
                 let rate = model.equations.iter().find(|e| e.name.text == *state);
-                rate.is_some_and(|e| names_in(&e.formula).iter().any(|n| depends(model, n, at)))
+                rate.is_some_and(|e| match law.sign {
+                    Sign::Rubbing => bends(model, &e.formula, at),
+                    _ => names_in(&e.formula).iter().any(|n| depends(model, n, at)),
+                })
             };
             !patch.rates.is_empty() && !patch.rates.iter().any(|(state, _)| has_own(state))
         }
+    }
+}
+
+/// Whether a formula takes a function of `state`, itself or in a definition: a sign, a step, a hyperbolic tangent.
+fn bends(model: &ModelItem, formula: &Expr, state: &str) -> bool {
+    match &formula.kind {
+        ExprKind::Call(_) => names_in(formula).iter().any(|n| depends(model, n, state)),
+        ExprKind::Negate(inner) => bends(model, inner, state),
+        ExprKind::Binary(a, _, b) => bends(model, a, state) || bends(model, b, state),
+        ExprKind::Name(name) => {
+            let own = model.lets.iter().find(|l| l.name.text == *name);
+            own.is_some_and(|l| {
+                !names_in(&l.formula).contains(name) && bends(model, &l.formula, state)
+            })
+        }
+        _ => false,
     }
 }
 
@@ -304,4 +323,25 @@ pub fn velocities(ground: &Ground) -> Vec<(usize, Option<usize>)> {
             (by_unit || open).then_some((v, None))
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::edit::model_in;
+    use super::bends;
+
+    /// A constant in a rate came as a friction that drives one way and brakes the other.
+    #[test]
+    fn only_what_jumps_or_bends_with_a_velocity_leaves_friction_less_than_none() {
+        let is_bent = |rate: &str| {
+            let text = format!(
+                "model m {{\n param c = 1\n state q = 0, v = 0\n let rub = c*tanh(v/0.01)\n q' = v\n v' = {rate}\n output q = q\n}}\n"
+            );
+            let model = model_in(&text, "m").unwrap();
+            let rate = model.equations.iter().find(|e| e.name.text == "v").unwrap();
+            bends(&model, &rate.formula, "v")
+        };
+        assert!(!is_bent("c*(1 - q^2)*v - sin(q)"));
+        assert!(is_bent("-q - c*sign(v)") && is_bent("-(q + rub)"));
+    }
 }

@@ -15,6 +15,9 @@ pub(super) enum Sign {
     Total,
     /// The same with what the model had before anything was looked for: what resists is not the difference of two laws.
     Given,
+    /// The same with what jumps or bends in the model as friction does: a straight damping takes nothing of it away, and what
+    /// drives one way and brakes the other is a constant.
+    Rubbing,
     /// Not negative.
     Own,
 }
@@ -50,10 +53,10 @@ const LAWS: [Law; 25] = [
     law("viscous_friction", Sign::Given, Seen::Anything),
     law("quadratic_drag", Sign::Given, Seen::Anything),
     law("quadratic_friction", Sign::Given, Seen::Anything),
-    law("dry_friction", Sign::Given, Seen::Turning),
+    law("dry_friction", Sign::Rubbing, Seen::Turning),
     law("coulomb_friction", Sign::Given, Seen::Anything),
     law("asymmetric_damping", Sign::Given, Seen::Anything),
-    law("asymmetric_friction", Sign::Given, Seen::Turning),
+    law("asymmetric_friction", Sign::Rubbing, Seen::Turning),
     law("stribeck_friction", Sign::Own, Seen::Turning),
     law("linear_stiffness", Sign::Total, Seen::Anything),
     // Springs soften as well as they harden.
