@@ -54,6 +54,12 @@ pub(super) trait Worded: selection::Residuals {
     fn above(&self, sum: f64, count: usize) -> f64 {
         above_noise(sum, count)
     }
+    /// Returns where what an effect explains is read, if that is read once and no part of the gap, which is told of rows that
+    /// decide nothing.
+    fn apart(&self, term: &Self::Term) -> Option<&'static str> {
+        let _ = term;
+        None
+    }
     /// Returns the reason given when nothing is missing.
     fn nothing(&self) -> &'static str;
     /// Returns what to do when several effects explain the same.
@@ -136,7 +142,12 @@ pub(super) fn answer<G: Worded>(
             "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
         ));
     }
-    let (verdict, reason) = verdict(gap, &effects, left);
+    let apart: Vec<&str> = best.terms.iter().filter_map(|term| gap.apart(term)).collect();
+    let is_apart = !apart.is_empty() && apart.len() == best.terms.len();
+    let (verdict, mut reason) = verdict(gap, &effects, left, is_apart);
+    if !apart.is_empty() {
+        reason.push_str(&apart_of_the_gap(&apart));
+    }
     let visible = if effects.is_empty() { visible(gap, outcome, options) } else { Vec::new() };
     Finding {
         verdict,
@@ -171,8 +182,21 @@ fn everyday(estimates: &[ParameterEstimate]) -> Vec<ParameterEstimate> {
     estimates.iter().map(of).collect()
 }
 
-fn verdict<G: Worded>(gap: &G, effects: &[Effect], left: f64) -> (Verdict, String) {
+/// What is said of numbers that are read once: at each of `places`.
+fn apart_of_the_gap(places: &[&str]) -> String {
+    let mut places = places.to_vec();
+    places.dedup();
+    format!("; {} is read once and is no part of the gap in numbers", places.join(" and "))
+}
+
+/// `is_apart`: nothing of what is explained is part of the gap in numbers.
+fn verdict<G: Worded>(gap: &G, effects: &[Effect], left: f64, is_apart: bool) -> (Verdict, String) {
     let name = |effect: &Effect| format!("{} at {}", effect.name, effect.at);
+    let what = if is_apart {
+        "what was read of it, also on data held out"
+    } else {
+        "the gap, also on data held out"
+    };
     match effects {
         [] if left < SIGNIFICANT => (Verdict::NothingMissing, gap.nothing().into()),
         [] => (
@@ -185,11 +209,11 @@ fn verdict<G: Worded>(gap: &G, effects: &[Effect], left: f64) -> (Verdict, Strin
             Verdict::Ambiguous,
             format!("several effects explain this equally well; {}", gap.doubt()),
         ),
-        [one] => (Verdict::Named, format!("{} explains the gap, also on data held out", name(one))),
+        [one] => (Verdict::Named, format!("{} explains {what}", name(one))),
         several => (
             Verdict::Several,
             format!(
-                "{} together explain the gap, also on data held out",
+                "{} together explain {what}",
                 several.iter().map(name).collect::<Vec<_>>().join(" and ")
             ),
         ),

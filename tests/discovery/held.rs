@@ -209,6 +209,9 @@ fn pads_that_let_go_under_load_are_told_from_pads_that_flow() {
 fn a_jar_of_another_size_is_named_by_width_and_height() {
     let plan = Plan { opening: 0.0685, middle: 0.0735, ..AS_DECLARED };
     let Investigation { finding, whys, .. } = investigated(&[moved(&plan, 8), moved(&plan, 9)]);
+    let is_told = |what: &str| finding.reason.contains(what);
+    assert!(is_told("read once") && !is_told("explain the gap"), "{}", finding.reason);
+    assert!(finding.notes.iter().any(|note| note.contains("stood on the table")));
     let mut seen: Vec<(&str, &str, usize)> =
         whys.iter().map(|w| (w.channel.as_str(), w.state.as_str(), w.rows.len())).collect();
     seen.sort_unstable();
@@ -227,6 +230,16 @@ fn a_jar_of_another_size_is_named_by_width_and_height() {
     assert!(
         finding.effects.iter().all(|effect| effect.name == "object_size" && effect.at == "jar")
     );
+}
+
+/// Held in the air before the recording says so, it came as half a metre higher.
+#[test]
+fn a_thing_that_does_not_stand_on_the_table_has_no_height() {
+    let plan = Plan { middle: 0.47, ..AS_DECLARED };
+    let finding = found(&[moved(&plan, 13), moved(&plan, 14)]);
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:#?}", finding.effects);
+    let is_told = finding.notes.iter().any(|note| note.contains("height is not judged"));
+    assert!(is_told, "{:?}", finding.notes);
 }
 
 #[test]

@@ -44,6 +44,9 @@ pub fn investigate(
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.nothing, &outcome.best);
     let whys = whys(&gap, &outcome, options.tie);
+    if outcome.best.terms.contains(&Term::Height) {
+        notes.push(wording::stood_on_table());
+    }
     let finding: Finding = answer(&gap, &outcome, options, notes);
     Ok(Investigation { finding, traces, whys, experiment: None, revision: None })
 }
@@ -187,6 +190,10 @@ impl Worded for HeldGap {
         }
         found.sort_by(|a, b| b.share.total_cmp(&a.share));
         found
+    }
+
+    fn apart(&self, term: &Term) -> Option<&'static str> {
+        matches!(term, Term::Width(_) | Term::Height).then(|| wording::read_once(term))
     }
 
     fn nothing(&self) -> &'static str {

@@ -134,7 +134,14 @@ impl Held {
             _ => Vec::new(),
         };
         let height = object.and_then(|object| {
-            standing(&time, &seen, spans[0].start).and_then(|z| over(object, &told, scene, z))
+            let z = standing(&time, &seen, spans[0].start)?;
+            let (higher, part) = over(object, &told, scene, z)?;
+            if (higher / part).abs() <= object.shape.height() {
+                return Some((higher, part));
+            }
+            // No thing is that much higher: something else held it.
+            notes.push(wording::not_on_table(&recording.name, higher));
+            None
         });
         let mass = told.mass_kg.or_else(|| object.map(|object| object.mass));
         let squeeze = told.squeeze_n.zip(mass).map(|(squeeze, mass)| 2.0 * squeeze / mass);

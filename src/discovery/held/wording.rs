@@ -43,6 +43,28 @@ pub(super) fn size_unknown(recording: &str) -> String {
     )
 }
 
+/// Before it was held it was seen `higher` m above where it stands.
+pub(super) fn not_on_table(recording: &str, higher: f64) -> String {
+    format!(
+        "{recording}: before it is held the object is {} m away from where it stands on the table, so its height is not \
+         judged",
+        significant(higher, 2)
+    )
+}
+
+/// What a height rests on.
+pub(super) fn stood_on_table() -> String {
+    "its height is that of a thing that stood on the table before it was held, as is assumed".into()
+}
+
+/// Where a size is read.
+pub(super) fn read_once(term: &Term) -> &'static str {
+    match term {
+        Term::Height => "where it stood before it was held",
+        _ => at_the_stop(),
+    }
+}
+
 pub(super) fn squeeze_unknown(recording: &str) -> String {
     format!(
         "{recording}: how hard the fingers squeeze is not said (`squeeze_n`, `mass_kg`); that it slips only under \
