@@ -119,6 +119,7 @@ pub fn investigate(
         notes.push(wording::leaves_most(tried));
         search.forget();
     }
+    search.best = question.determined(search.best.clone(), &mut notes);
     let is_noise = question.is_noise(&search.best);
     let formula = if is_noise { None } else { question.unnamed(&mut search) };
     let report =

@@ -8,6 +8,7 @@
 use super::fitting::Fitted;
 use super::hypothesis::{Chosen, Hypothesis, Question, with_values};
 use super::search::Search;
+use super::wording;
 
 /// Parts of the way to none of an effect; the rest is fitted anew at the end of each.
 const PARTS: u32 = 16;
@@ -38,6 +39,38 @@ impl Question<'_> {
         if search.best.effects.is_empty() {
             search.nominal = search.best.clone();
         }
+    }
+
+    /// The hypothesis with the last amount of an effect at none, where each of its numbers trades against what is free in the
+    /// model, and the others are told then: of a damping by direction beside a free one that is the difference. It fits as well.
+    pub(super) fn determined(&self, mut best: Hypothesis, notes: &mut Vec<String>) -> Hypothesis {
+        for at in 0..best.effects.len() {
+            let effect = &best.effects[at];
+            let amounts: Vec<_> =
+                effect.patch.params.iter().filter(|p| p.neutral.is_some()).collect();
+            let [_, .., last] = amounts[..] else { continue };
+            let mut ahead = best.fitted.clone();
+            let place = ahead.compiled.params.iter().position(|p| p.name == last.name);
+            let (Some(place), Some(none)) = (place, last.neutral) else { continue };
+            if !is_undetermined(effect, &best.fitted) {
+                continue;
+            }
+            let candidate = &effect.candidate;
+            let note = wording::only_beside(candidate.kind, &candidate.at, last.role, none);
+            ahead.train.point.params[place] = none;
+            let held = [last.name.clone()];
+            let found = self
+                .bench
+                .fit_beside(&ahead.text, self.name, &ahead, 40, &held)
+                .and_then(|fitted| self.judged(best.effects.clone(), fitted, Some(&best)))
+                .filter(|found| !is_undetermined(&found.effects[at], &found.fitted))
+                .filter(|found| !self.is_richer(found, &best));
+            if let Some(found) = found {
+                best = found;
+                notes.push(note);
+            }
+        }
+        best
     }
 
     /// The hypothesis without an effect that only stands in for free parameters.

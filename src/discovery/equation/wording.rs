@@ -82,6 +82,14 @@ pub(super) fn refused(train: f64, heldout: f64, least: f64) -> String {
     )
 }
 
+/// That the numbers of an effect are told beside one of them that is set, since all trade against what is free in the model.
+pub(super) fn only_beside(kind: &str, at: &str, role: &str, value: f64) -> String {
+    format!(
+        "{kind}({at}) is told with {role} = {}: all its numbers trade against what is free in the model, their difference does not",
+        significant(value, 3)
+    )
+}
+
 /// Which names, with their places, take too little of the gap to be given.
 pub(super) fn leaves_most<'e>(tried: impl Iterator<Item = (&'e str, &'e str)>) -> String {
     let names: Vec<String> = tried.map(|(kind, at)| format!("{kind}({at})")).collect();

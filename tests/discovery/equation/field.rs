@@ -182,3 +182,18 @@ fn a_hum_that_drives_the_output_is_named() {
     assert!((hum("amplitude").abs() - 0.8).abs() < 0.05, "{}", hum("amplitude"));
     assert!((hum("frequency") - 1.7).abs() < 0.01, "{}", hum("frequency"));
 }
+
+/// Beside a damping that is free neither side is determined, and the difference of the two is.
+#[test]
+fn a_damping_of_one_side_beside_a_free_one_has_its_number() {
+    let made = |seed: u32| {
+        let input = move |t: f64| 3.0 * wiggle(t, f64::from(seed));
+        let rates = |_: f64, u: f64, x: &[f64]| {
+            vec![x[1], u - 22.0 * x[0] - 0.7 * x[1] - 0.8 * x[1].max(0.0)]
+        };
+        record(400, 0.05, seed, 2e-4, &[0.1, 0.0], rates, |_, x| x[0], input)
+    };
+    let outcome = ask(OSCILLATOR, &[made(1), made(2)]).unwrap();
+    let sides = only(outcome, "asymmetric_damping", "v");
+    assert!((sides("forward") - sides("backward") - 0.8).abs() < 0.08, "{}", sides("forward"));
+}
