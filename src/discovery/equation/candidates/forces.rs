@@ -74,9 +74,6 @@ fn hysteresis(
     draft.add(("hysteresis", qn), &skewed, &[], |n| looped(n, &n[2]));
 }
 
-/// The most that a hum can be, in units of the rate that it joins.
-const LOUDEST: f64 = 10.0;
-
 /// A hum at each line of the residual's spectrum.
 pub(super) fn disturbances(draft: &mut Draft) {
     let ground = draft.ground;
@@ -103,9 +100,7 @@ pub(super) fn disturbances(draft: &mut Draft) {
         draft.add(
             ("periodic_disturbance", &name),
             &[
-                // One that is far larger than all that moves the state is a false bottom of the fit.
-                p("amplitude", "hum", rate_dim, &amplitudes)
-                    .within(-LOUDEST * rate, LOUDEST * rate),
+                p("amplitude", "hum", rate_dim, &amplitudes),
                 p("frequency", "hum_frequency", Some(Dimension::FREQUENCY), &frequencies)
                     .within(1e-9, 0.5 / ground.step)
                     .shape(),
