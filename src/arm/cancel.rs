@@ -28,6 +28,11 @@ impl Cancel {
             || self.above.as_ref().is_some_and(|above| above.is_cancelled())
     }
 
+    /// Returns whether everything is to stop, and not only what a child of the wish was made for.
+    pub fn is_for_all(&self) -> bool {
+        self.above.as_ref().map_or_else(|| self.is_cancelled(), |above| above.is_for_all())
+    }
+
     /// Returns a wish of its own that also obeys this one: what stops one motion and nothing else.
     #[must_use]
     pub fn child(&self) -> Self {

@@ -57,6 +57,10 @@ impl<P: Plant> Plant for Paced<P> {
         self.plant.refresh()
     }
 
+    fn hold(&mut self) -> Result<bool, DeviceError> {
+        self.plant.hold()
+    }
+
     fn report(&mut self) -> Feedback {
         self.plant.report()
     }

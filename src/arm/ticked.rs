@@ -24,6 +24,12 @@ pub trait Plant: Send {
         Ok(())
     }
 
+    /// Has an arm that was brought to rest held where it is, and returns whether that is not where it was sent last: a model of an arm
+    /// holds there anyway.
+    fn hold(&mut self) -> Result<bool, DeviceError> {
+        Ok(false)
+    }
+
     /// Tells whoever stands before the arm that what it holds may be taken, or not any more.
     fn offers(&mut self, _on: bool) {}
 
@@ -49,6 +55,9 @@ const RESTING: f64 = 1e-6;
 const BRAKE: f64 = 4.0;
 /// After braking the arm is given at most this long to come to rest, s, below this speed, rad/s.
 const REST: (f64, f64) = (0.4, 0.01);
+/// A joint that is held where it is, farther than this from its command, is commanded from there on, rad: the most by which a path may begin
+/// off the last command ([`super::limits::Limits::jump`]). What is nearer is the servo's own error, and commanding that would let the arm sag.
+const HELD: f64 = 0.02;
 /// Fingers that move less than this in a tenth of a second are at rest, m: above the encoder's noise.
 const STILL: f64 = 3e-4;
 
@@ -61,6 +70,8 @@ pub struct Ticked<P> {
     fingers: Option<(ClearedGrip, usize)>,
     /// Ticks for which a joint has been too far from a command that rests.
     behind: usize,
+    /// Whether the last order may not have come to the arm.
+    is_unsure: bool,
 }
 
 impl<P: Plant> Ticked<P> {
@@ -68,7 +79,7 @@ impl<P: Plant> Ticked<P> {
     pub fn new(mut plant: P) -> Self {
         let q_cmd = plant.report().q;
         let dq_cmd = vec![0.0; q_cmd.len()];
-        Self { plant, q_cmd, dq_cmd, fingers: None, behind: 0 }
+        Self { plant, q_cmd, dq_cmd, fingers: None, behind: 0, is_unsure: false }
     }
 
     fn run(
@@ -81,8 +92,7 @@ impl<P: Plant> Ticked<P> {
         let ticks = (seconds / PERIOD).ceil() as usize;
         for tick in 0..ticks {
             if cancel.is_cancelled() {
-                self.brake(watch)?;
-                return Err(DeviceError::Stopped);
+                return Err(self.cut_short(cancel, watch));
             }
             let order = command(tick as f64 * PERIOD);
             self.tick(order, watch)?;
@@ -112,27 +122,37 @@ impl<P: Plant> Ticked<P> {
             return Ok(());
         }
         self.behind = 0;
-        self.brake(watch)?;
+        self.halt(watch)?;
         let (error_deg, limit_deg) = (behind.to_degrees(), most.to_degrees());
         Err(DeviceError::FollowingError { joint: joint + 1, error_deg, limit_deg })
     }
 
+    /// Returns how far each joint's command is ahead of it, rad.
+    fn ahead(&mut self) -> Vec<f64> {
+        let q = self.plant.report().q;
+        self.q_cmd.iter().zip(q).map(|(to, q)| apart(*to, q)).collect()
+    }
+
     /// Returns the joint that is farthest from its command, and how far, rad.
     fn farthest_behind(&mut self) -> Option<(usize, f64)> {
-        let q = self.plant.report().q;
-        let off = self.q_cmd.iter().zip(q).map(|(to, q)| {
-            // Whole turns are no distance.
-            let off = to - q;
-            (off - TAU * (off / TAU).round()).abs()
-        });
+        let off = self.ahead().into_iter().map(f64::abs);
         off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
+    /// Sends an order, if there is one, and lets one period pass.
     fn send(
         &mut self,
         order: Option<(Vec<f64>, Vec<f64>)>,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
+        let sent = self.pass(order);
+        self.is_unsure |= sent.is_err();
+        sent?;
+        watch(&self.told());
+        Ok(())
+    }
+
+    fn pass(&mut self, order: Option<(Vec<f64>, Vec<f64>)>) -> Result<(), DeviceError> {
         if let Some((q, dq)) = order {
             self.plant.command(&q, &dq)?;
             (self.q_cmd, self.dq_cmd) = (q, dq);
@@ -145,9 +165,7 @@ impl<P: Plant> Ticked<P> {
             Some((_, ticks)) => *ticks -= 1,
             None => {}
         }
-        self.plant.advance(PERIOD)?;
-        watch(&self.told());
-        Ok(())
+        self.plant.advance(PERIOD)
     }
 
     fn told(&mut self) -> Feedback {
@@ -157,13 +175,16 @@ impl<P: Plant> Ticked<P> {
     /// Slows all joints down together from the speed they were last sent at, and waits until they rest.
     ///
     /// The command never jumps: a joint sent back to where its encoder was read would swing past and
-    /// return, and what it carries would spill.
+    /// return, and what it carries would spill. Only a joint that has not followed is sent back, so that it does not leap when
+    /// what holds it is gone.
     fn brake(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
         // What has not begun is not begun any more.
         self.fingers = None;
+        let is_stuck = self.gives_up_stuck();
         let (q, dq) = (self.q_cmd.clone(), self.dq_cmd.clone());
         let fastest = dq.iter().fold(0.0_f64, |fastest, dq| fastest.max(dq.abs()));
-        let duration = fastest / BRAKE;
+        let least = if is_stuck { PERIOD } else { 0.0 };
+        let duration = (fastest / BRAKE).max(least);
         let ticks = (duration / PERIOD).ceil() as usize;
         for tick in 1..=ticks {
             let t = (tick as f64 * PERIOD).min(duration);
@@ -184,6 +205,54 @@ impl<P: Plant> Ticked<P> {
         }
         Ok(())
     }
+
+    /// Brings the command of each joint that does not follow to where the joint is; returns whether there was one.
+    fn gives_up_stuck(&mut self) -> bool {
+        let Some(most) = self.plant.most_behind() else { return false };
+        self.goes_no_farther(most, false)
+    }
+
+    /// Brings the command of each joint that is farther than `most` rad from it to where the joint is, at rest; returns whether there was one.
+    /// The others rest where they were sent if `all_rest`.
+    fn goes_no_farther(&mut self, most: f64, all_rest: bool) -> bool {
+        let ahead = self.ahead();
+        let joints = self.q_cmd.iter_mut().zip(&mut self.dq_cmd).zip(ahead);
+        let mut is_any = false;
+        for ((q, dq), ahead) in joints {
+            let is_far = ahead.abs() > most;
+            if is_far {
+                *q -= ahead;
+            }
+            if is_far || all_rest {
+                *dq = 0.0;
+            }
+            is_any |= is_far;
+        }
+        is_any
+    }
+
+    /// Brings the arm to rest and has it held there: nobody goes on from here without asking where it is.
+    fn halt(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
+        self.brake(watch)?;
+        let held = self.plant.hold();
+        self.is_unsure |= held.is_err();
+        if held? {
+            self.goes_no_farther(HELD, true);
+        }
+        Ok(())
+    }
+
+    /// Brings the arm to rest, since somebody wished so: held where a person did, ready to go on where only this motion was to end.
+    fn cut_short(&mut self, cancel: &Cancel, watch: &mut dyn FnMut(&Feedback)) -> DeviceError {
+        let rests = if cancel.is_for_all() { self.halt(watch) } else { self.brake(watch) };
+        rests.err().unwrap_or(DeviceError::Stopped)
+    }
+}
+
+/// Returns how much farther `to` is than `from`, rad; whole turns are no distance.
+fn apart(to: f64, from: f64) -> f64 {
+    let off = to - from;
+    off - TAU * (off / TAU).round()
 }
 
 impl<P: Plant> Arm for Ticked<P> {
@@ -193,6 +262,9 @@ impl<P: Plant> Arm for Ticked<P> {
 
     fn feedback(&mut self) -> Result<Feedback, DeviceError> {
         self.plant.refresh()?;
+        if std::mem::take(&mut self.is_unsure) {
+            self.goes_no_farther(HELD, true);
+        }
         Ok(self.told())
     }
 
@@ -224,8 +296,7 @@ impl<P: Plant> Arm for Ticked<P> {
             let Some(order) = leader(&self.told()) else { return self.brake(watch) };
             self.tick(Some(order.into_order()), watch)?;
         }
-        self.brake(watch)?;
-        Err(DeviceError::Stopped)
+        Err(self.cut_short(cancel, watch))
     }
 
     fn grip(
@@ -267,6 +338,6 @@ impl<P: Plant> Arm for Ticked<P> {
 
     fn stop(&mut self) {
         // A plant that refuses to be slowed down is broken; there is nothing left to stop it with.
-        let _ = self.brake(&mut |_| {});
+        let _ = self.halt(&mut |_| {});
     }
 }

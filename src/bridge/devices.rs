@@ -46,6 +46,7 @@ pub fn connect(place: &str, robot: &str, joints: &[&str]) -> Result<Bridged, Err
         is_realtime: hello.realtime,
         began: told.t,
         told,
+        is_old: false,
         next: Step::default(),
     };
     Ok(Bridged {
@@ -77,8 +78,23 @@ pub struct BridgePlant {
     began: f64,
     /// What was heard last.
     told: Told,
+    /// Whether something may have happened since that was not heard.
+    is_old: bool,
     /// What is sent with the next step.
     next: Step,
+}
+
+impl BridgePlant {
+    /// Asks something that is answered with how the arm is.
+    fn hears(
+        &mut self,
+        asks: impl FnOnce(&mut Link) -> Result<Told, Error>,
+    ) -> Result<(), DeviceError> {
+        let told = asks(&mut lock(&self.link));
+        self.is_old = told.is_err();
+        self.told = told?;
+        Ok(())
+    }
 }
 
 impl Plant for BridgePlant {
@@ -95,15 +111,20 @@ impl Plant for BridgePlant {
 
     fn advance(&mut self, seconds: f64) -> Result<(), DeviceError> {
         let step = Step { dt: seconds, ..std::mem::take(&mut self.next) };
-        self.told = lock(&self.link).step(step)?;
-        Ok(())
+        self.hears(|link| link.step(step))
     }
 
     fn refresh(&mut self) -> Result<(), DeviceError> {
-        if self.is_realtime {
-            self.told = lock(&self.link).feedback()?;
+        // A line that is lost has said so; where the arm was last is all that is known.
+        if lock(&self.link).is_lost() || !(self.is_realtime || self.is_old) {
+            return Ok(());
         }
-        Ok(())
+        self.hears(Link::feedback)
+    }
+
+    fn hold(&mut self) -> Result<bool, DeviceError> {
+        self.hears(Link::stop)?;
+        Ok(true)
     }
 
     fn most_behind(&self) -> Option<f64> {

@@ -86,6 +86,11 @@ impl Link {
         Ok((link, hello))
     }
 
+    /// Returns whether nothing is asked of it any more.
+    pub fn is_lost(&self) -> bool {
+        self.trouble.is_some()
+    }
+
     /// Lets time pass; returns how the arm is afterwards.
     ///
     /// # Errors

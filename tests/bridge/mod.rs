@@ -3,3 +3,4 @@
 mod answers;
 mod reality;
 mod run;
+mod stopping;

@@ -395,6 +395,10 @@ impl ActionContext {
             }
         }
         self.step.during = during;
+        if done.is_err() && cut.is_none() && came_near.is_none() {
+            // A reality may hold the arm elsewhere than it was sent.
+            let _ = self.find_arm();
+        }
         match (done, cut, came_near) {
             (Err(DeviceError::Stopped), ..) if self.setting.cancel.is_cancelled() => {
                 Err(ActionError::Stopped)
@@ -444,8 +448,9 @@ impl ActionContext {
     ) -> Result<(), ActionError> {
         let cleared = self.cleared(trajectory, path)?;
         if let Err(error) = self.follow_past(cleared, patience) {
-            // The motion was cut short: the next plan begins where the arm was left, not at the path's end.
-            self.find_arm()?;
+            // The motion was cut short: the next plan begins where the arm was left, not at the path's end. An arm that does not
+            // say where that is has said what is wrong before.
+            let _ = self.find_arm();
             return Err(error);
         }
         if let Some(last) = path.last() {

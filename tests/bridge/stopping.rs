@@ -1,0 +1,121 @@
+//! An arm behind a bridge is brought to rest and held, whatever ends its motion; one that is held up is not pushed on.
+
+use std::sync::{Arc, Mutex};
+
+use serde_json::{Value, json};
+use trueup::arm::limits::{Cleared, Limits};
+use trueup::arm::{Arm as _, Cancel, DeviceError};
+use trueup::bridge::{BridgeArm, connect};
+use trueup::motion::Robot;
+use trueup::motion::trajectory::{Limits as Speeds, Trajectory};
+use trueup::world::Pose;
+
+use super::reality::serve;
+
+/// An arm that is where it was sent, but for a wall that the first joint cannot pass, at `wall` rad; and what was asked.
+fn arm(robot: &Robot, wall: f64) -> (BridgeArm, Arc<Mutex<Vec<Value>>>) {
+    let names: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
+    let home = robot.pose("home").unwrap().to_vec();
+    let (mut sent, mut q, mut t) = (home.clone(), home, 0.0);
+    let (joints, none) = (names.clone(), vec![0.0; names.len()]);
+    let (place, asked) = serve(move |request| {
+        if request.get("hello").is_some() {
+            return Some(json!({"hello": 1, "joints": joints}).to_string());
+        }
+        if let Some(step) = request.get("step") {
+            t += step["dt"].as_f64().unwrap();
+            if let Some(to) = step["q"].as_array() {
+                sent = to.iter().map(|to| to.as_f64().unwrap()).collect();
+            }
+        }
+        if request.get("stop").is_some() {
+            sent.clone_from(&q);
+        }
+        q.clone_from(&sent);
+        q[0] = q[0].min(wall);
+        Some(json!({"t": t, "q": q, "dq": none, "tau": none, "opening": 0.08}).to_string())
+    });
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    (connect(&place, "robot", &names).unwrap().arm, asked)
+}
+
+/// The way from home to `by` rad farther in the first joint.
+fn turned(robot: &Robot, by: f64) -> Cleared {
+    let home = robot.pose("home").unwrap().to_vec();
+    let mut end = home.clone();
+    end[0] += by;
+    let path = [home.clone(), end];
+    let trajectory = Trajectory::through_points(&path, &Speeds::of(robot)).unwrap();
+    Limits::default().clear(robot, &Pose::identity(), trajectory, &home).unwrap()
+}
+
+fn is_stop(request: &Value) -> bool {
+    request.get("stop").is_some()
+}
+
+/// What the first joint was sent to, in order, rad.
+fn sent(asked: &[Value]) -> Vec<f64> {
+    asked.iter().filter_map(|request| request["step"]["q"][0].as_f64()).collect()
+}
+
+#[test]
+fn ctrl_c_brakes_within_the_limits_and_then_stops() {
+    let robot = Robot::gen3();
+    let (mut arm, asked) = arm(&robot, f64::INFINITY);
+    let (cleared, cancel) = (turned(&robot, 1.0), Cancel::default());
+    let mut ticks = 0;
+    let stopped = arm.follow(&cleared, &cancel, &mut |_| {
+        ticks += 1;
+        if ticks == 150 {
+            cancel.cancel();
+        }
+    });
+    assert_eq!(stopped, Err(DeviceError::Stopped));
+    let here = arm.feedback().unwrap();
+    assert!(here.q.iter().zip(&here.q_cmd).all(|(q, to)| (q - to).abs() < 1e-9), "{here:?}");
+    let asked = asked.lock().unwrap();
+    assert_eq!(asked.iter().filter(|asked| is_stop(asked)).count(), 1);
+    assert!(is_stop(asked.last().unwrap()));
+    // Before the stop the command has come to rest: its last steps are smaller than a hundredth of its largest.
+    let sent = sent(&asked);
+    let steps: Vec<f64> = sent.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let largest = steps.iter().copied().fold(0.0, f64::max);
+    assert!(largest > 1e-3 && steps.last().unwrap() < &(0.05 * largest), "{steps:?}");
+}
+
+/// What ends only one motion is gone on from: nothing is sent but commands.
+#[test]
+fn a_motion_that_is_cut_short_is_braked_and_not_stopped() {
+    let robot = Robot::gen3();
+    let (mut arm, asked) = arm(&robot, f64::INFINITY);
+    let all = Cancel::default();
+    let one = all.child().child();
+    let mut ticks = 0;
+    let stopped = arm.follow(&turned(&robot, 1.0), &one, &mut |_| {
+        ticks += 1;
+        if ticks == 100 {
+            one.cancel();
+        }
+    });
+    assert_eq!(stopped, Err(DeviceError::Stopped));
+    assert!(!asked.lock().unwrap().iter().any(is_stop));
+    all.cancel();
+    assert_eq!(arm.wait(0.1, &one, &mut |_| {}), Err(DeviceError::Stopped));
+    assert_eq!(asked.lock().unwrap().iter().filter(|asked| is_stop(asked)).count(), 1);
+}
+
+#[test]
+fn an_arm_that_is_held_up_is_stopped_and_does_not_leap_when_it_is_free() {
+    let robot = Robot::gen3();
+    let begin = robot.pose("home").unwrap()[0];
+    let wall = begin + 0.3;
+    let (mut arm, asked) = arm(&robot, wall);
+    let error = arm.follow(&turned(&robot, 1.0), &Cancel::default(), &mut |_| {}).err();
+    // A motion that is over sooner than the arm is called stuck is waited on with.
+    let error = error.or_else(|| arm.wait(1.0, &Cancel::default(), &mut |_| {}).err());
+    assert!(matches!(error, Some(DeviceError::FollowingError { joint: 1, .. })), "{error:?}");
+    assert_eq!(asked.lock().unwrap().iter().filter(|asked| is_stop(asked)).count(), 1);
+    // The command is where the arm is, and was so before the stop.
+    assert!((arm.feedback().unwrap().q_cmd[0] - wall).abs() < 1e-9);
+    assert!((sent(&asked.lock().unwrap()).last().unwrap() - wall).abs() < 1e-9);
+}
