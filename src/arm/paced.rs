@@ -57,6 +57,10 @@ impl<P: Plant> Plant for Paced<P> {
         self.plant.refresh()
     }
 
+    fn most_behind(&self) -> Option<f64> {
+        self.plant.most_behind()
+    }
+
     fn hold(&mut self) -> Result<bool, DeviceError> {
         self.plant.hold()
     }

@@ -3,6 +3,7 @@
 //! A [`Plant`] takes joint targets and is advanced tick by tick; [`Ticked`] makes an [`Arm`] of it, so that
 //! following, gripping, waiting and stopping are written once.
 
+use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
 use super::limits::{Cleared, ClearedGrip};
@@ -46,8 +47,11 @@ pub trait Plant: Send {
 const PERIOD: f64 = 0.004;
 /// After the last command of a motion the arm is given this long to get there, s.
 const SETTLE: f64 = 0.2;
-/// A joint that is too far from its command for so long, while that rests, does not follow it, s.
-const BEHIND_FOR: f64 = 0.5;
+/// A servo may be late by this, s: a joint is behind when it is far from all that was commanded in that time. Chosen: a servo without
+/// feed-forward and a network are each late by some hundredths.
+const LATE: f64 = 0.2;
+/// A joint that is too far from its commands for so long does not follow them, s: while they move, and once they rest.
+const BEHIND_FOR: (f64, f64) = (0.1, 0.5);
 /// A command that is slower rests, rad/s.
 const RESTING: f64 = 1e-6;
 /// How fast a stopped joint is slowed down, rad/s²: under the 4.94 rad/s² of the arm's hard limits (MoveIt
@@ -68,7 +72,9 @@ pub struct Ticked<P> {
     dq_cmd: Vec<f64>,
     /// Where the fingers are to go, and in how many ticks.
     fingers: Option<(ClearedGrip, usize)>,
-    /// Ticks for which a joint has been too far from a command that rests.
+    /// What was commanded in the last [`LATE`] s, rad, where a joint may be too far behind.
+    lately: VecDeque<Vec<f64>>,
+    /// Ticks for which a joint has been too far from all of that.
     behind: usize,
     /// Whether the last order may not have come to the arm.
     is_unsure: bool,
@@ -79,7 +85,15 @@ impl<P: Plant> Ticked<P> {
     pub fn new(mut plant: P) -> Self {
         let q_cmd = plant.report().q;
         let dq_cmd = vec![0.0; q_cmd.len()];
-        Self { plant, q_cmd, dq_cmd, fingers: None, behind: 0, is_unsure: false }
+        Self {
+            plant,
+            q_cmd,
+            dq_cmd,
+            fingers: None,
+            lately: VecDeque::new(),
+            behind: 0,
+            is_unsure: false,
+        }
     }
 
     fn run(
@@ -108,20 +122,19 @@ impl<P: Plant> Ticked<P> {
     ) -> Result<(), DeviceError> {
         self.send(order, watch)?;
         let Some(most) = self.plant.most_behind() else { return Ok(()) };
-        let Some((joint, behind)) = self.farthest_behind().filter(|(_, behind)| *behind > most)
-        else {
+        let lag = self.lag().into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((joint, _)) = lag.filter(|(_, lag)| *lag > most) else {
             self.behind = 0;
             return Ok(());
         };
-        // On its way an arm may be late; where nothing is asked of it any more it must have come.
-        if self.dq_cmd.iter().any(|dq| dq.abs() > RESTING) {
-            return Ok(());
-        }
         self.behind += 1;
-        if self.behind as f64 * PERIOD < BEHIND_FOR {
+        let rests = self.dq_cmd.iter().all(|dq| dq.abs() <= RESTING);
+        let bearable = if rests { BEHIND_FOR.1 } else { BEHIND_FOR.0 };
+        if self.behind as f64 * PERIOD < bearable {
             return Ok(());
         }
         self.behind = 0;
+        let behind = self.ahead()[joint].abs();
         self.halt(watch)?;
         let (error_deg, limit_deg) = (behind.to_degrees(), most.to_degrees());
         Err(DeviceError::FollowingError { joint: joint + 1, error_deg, limit_deg })
@@ -133,10 +146,27 @@ impl<P: Plant> Ticked<P> {
         self.q_cmd.iter().zip(q).map(|(to, q)| apart(*to, q)).collect()
     }
 
-    /// Returns the joint that is farthest from its command, and how far, rad.
-    fn farthest_behind(&mut self) -> Option<(usize, f64)> {
-        let off = self.ahead().into_iter().map(f64::abs);
-        off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+    /// Returns how far each joint is from the nearest of what was commanded lately, rad.
+    fn lag(&mut self) -> Vec<f64> {
+        let q = self.plant.report().q;
+        let nearest = |(joint, q): (usize, f64)| {
+            let off = self.lately.iter().map(|sent| apart(sent[joint], q).abs());
+            off.fold(apart(self.q_cmd[joint], q).abs(), f64::min)
+        };
+        q.into_iter().enumerate().map(nearest).collect()
+    }
+
+    /// Waits until the arm has come to where it was sent last; one that does not come is an error of [`Self::tick`].
+    fn arrive(
+        &mut self,
+        cancel: &Cancel,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), DeviceError> {
+        let Some(most) = self.plant.most_behind() else { return Ok(()) };
+        while self.ahead().iter().any(|ahead| ahead.abs() > most) {
+            self.run(PERIOD, cancel, watch, |_| None)?;
+        }
+        Ok(())
     }
 
     /// Sends an order, if there is one, and lets one period pass.
@@ -153,6 +183,12 @@ impl<P: Plant> Ticked<P> {
     }
 
     fn pass(&mut self, order: Option<(Vec<f64>, Vec<f64>)>) -> Result<(), DeviceError> {
+        if self.plant.most_behind().is_some() {
+            self.lately.push_back(self.q_cmd.clone());
+            if self.lately.len() as f64 * PERIOD > LATE {
+                self.lately.pop_front();
+            }
+        }
         if let Some((q, dq)) = order {
             self.plant.command(&q, &dq)?;
             (self.q_cmd, self.dq_cmd) = (q, dq);
@@ -206,29 +242,28 @@ impl<P: Plant> Ticked<P> {
         Ok(())
     }
 
-    /// Brings the command of each joint that does not follow to where the joint is; returns whether there was one.
+    /// Brings the command of each joint that does not follow to where the joint is, at rest; returns whether there was one.
     fn gives_up_stuck(&mut self) -> bool {
         let Some(most) = self.plant.most_behind() else { return false };
-        self.goes_no_farther(most, false)
-    }
-
-    /// Brings the command of each joint that is farther than `most` rad from it to where the joint is, at rest; returns whether there was one.
-    /// The others rest where they were sent if `all_rest`.
-    fn goes_no_farther(&mut self, most: f64, all_rest: bool) -> bool {
-        let ahead = self.ahead();
-        let joints = self.q_cmd.iter_mut().zip(&mut self.dq_cmd).zip(ahead);
+        let (lag, ahead) = (self.lag(), self.ahead());
         let mut is_any = false;
-        for ((q, dq), ahead) in joints {
-            let is_far = ahead.abs() > most;
-            if is_far {
-                *q -= ahead;
-            }
-            if is_far || all_rest {
-                *dq = 0.0;
-            }
-            is_any |= is_far;
+        for (joint, _) in lag.iter().enumerate().filter(|(_, lag)| **lag > most) {
+            self.q_cmd[joint] -= ahead[joint];
+            self.dq_cmd[joint] = 0.0;
+            is_any = true;
         }
         is_any
+    }
+
+    /// Commands the arm from where it is held; each joint that is there within the error of its servo stays commanded as it was.
+    fn begins_here(&mut self) {
+        let ahead = self.ahead();
+        for (q, ahead) in self.q_cmd.iter_mut().zip(ahead).filter(|(_, ahead)| ahead.abs() > HELD) {
+            *q -= ahead;
+        }
+        self.dq_cmd.fill(0.0);
+        self.lately.clear();
+        self.behind = 0;
     }
 
     /// Brings the arm to rest and has it held there: nobody goes on from here without asking where it is.
@@ -237,7 +272,7 @@ impl<P: Plant> Ticked<P> {
         let held = self.plant.hold();
         self.is_unsure |= held.is_err();
         if held? {
-            self.goes_no_farther(HELD, true);
+            self.begins_here();
         }
         Ok(())
     }
@@ -263,7 +298,7 @@ impl<P: Plant> Arm for Ticked<P> {
     fn feedback(&mut self) -> Result<Feedback, DeviceError> {
         self.plant.refresh()?;
         if std::mem::take(&mut self.is_unsure) {
-            self.goes_no_farther(HELD, true);
+            self.begins_here();
         }
         Ok(self.told())
     }
@@ -279,7 +314,8 @@ impl<P: Plant> Arm for Ticked<P> {
         self.run(duration + SETTLE, cancel, watch, |t| {
             let at = trajectory.sample(t.min(duration));
             Some((at.q, at.dq))
-        })
+        })?;
+        self.arrive(cancel, watch)
     }
 
     fn led_every(&self) -> Option<f64> {
@@ -293,7 +329,10 @@ impl<P: Plant> Arm for Ticked<P> {
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
         while !cancel.is_cancelled() {
-            let Some(order) = leader(&self.told()) else { return self.brake(watch) };
+            let Some(order) = leader(&self.told()) else {
+                self.brake(watch)?;
+                return self.arrive(cancel, watch);
+            };
             self.tick(Some(order.into_order()), watch)?;
         }
         Err(self.cut_short(cancel, watch))

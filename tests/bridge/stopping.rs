@@ -104,16 +104,61 @@ fn a_motion_that_is_cut_short_is_braked_and_not_stopped() {
     assert_eq!(asked.lock().unwrap().iter().filter(|asked| is_stop(asked)).count(), 1);
 }
 
+/// It passed its step as done, and the next motion hid it: a motion rests for less than the time after which a joint is called stuck.
+#[test]
+fn a_motion_is_not_over_before_the_arm_has_come() {
+    let robot = Robot::gen3();
+    let begin = robot.pose("home").unwrap()[0];
+    // Stuck for the last 0.21 rad of the way, which are the slowest.
+    let (mut arm, asked) = arm(&robot, begin + 0.29);
+    let error = arm.follow(&turned(&robot, 0.5), &Cancel::default(), &mut |_| {}).unwrap_err();
+    assert!(matches!(error, DeviceError::FollowingError { joint: 1, .. }), "{error:?}");
+    assert_eq!(asked.lock().unwrap().iter().filter(|asked| is_stop(asked)).count(), 1);
+}
+
+/// A servo that is late, as one without feed-forward is, is not stuck.
+#[test]
+fn a_servo_that_is_late_is_waited_for() {
+    let robot = Robot::gen3();
+    let names: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
+    let mut q = robot.pose("home").unwrap().to_vec();
+    let (mut sent, mut t, joints) = (q.clone(), 0.0, names.clone());
+    let (place, _) = serve(move |request| {
+        if request.get("hello").is_some() {
+            return Some(json!({"hello": 1, "joints": joints}).to_string());
+        }
+        let dt = request["step"]["dt"].as_f64().unwrap_or(0.0);
+        if let Some(to) = request["step"]["q"].as_array() {
+            sent = to.iter().map(|to| to.as_f64().unwrap()).collect();
+        }
+        t += dt;
+        // A first-order lag of 0.15 s.
+        q.iter_mut().zip(&sent).for_each(|(q, to)| *q += (to - *q) * dt / 0.15);
+        let none = vec![0.0; q.len()];
+        Some(json!({"t": t, "q": q, "dq": none, "tau": none, "opening": 0.08}).to_string())
+    });
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut arm = connect(&place, "robot", &names).unwrap().arm;
+    let mut most = 0.0_f64;
+    arm.follow(&turned(&robot, 2.0), &Cancel::default(), &mut |feedback| {
+        most = most.max((feedback.q_cmd[0] - feedback.q[0]).abs());
+    })
+    .unwrap();
+    assert!(most > 0.15, "{most} rad were nothing to bear");
+}
+
 #[test]
 fn an_arm_that_is_held_up_is_stopped_and_does_not_leap_when_it_is_free() {
     let robot = Robot::gen3();
     let begin = robot.pose("home").unwrap()[0];
     let wall = begin + 0.3;
     let (mut arm, asked) = arm(&robot, wall);
-    let error = arm.follow(&turned(&robot, 1.0), &Cancel::default(), &mut |_| {}).err();
-    // A motion that is over sooner than the arm is called stuck is waited on with.
-    let error = error.or_else(|| arm.wait(1.0, &Cancel::default(), &mut |_| {}).err());
-    assert!(matches!(error, Some(DeviceError::FollowingError { joint: 1, .. })), "{error:?}");
+    let error = arm.follow(&turned(&robot, 1.5), &Cancel::default(), &mut |_| {}).unwrap_err();
+    let DeviceError::FollowingError { joint: 1, error_deg, .. } = error else {
+        panic!("{error:?}")
+    };
+    // It was noticed on the way: the command goes on for 1.2 rad behind the wall.
+    assert!((11.0..50.0).contains(&error_deg), "{error_deg}");
     assert_eq!(asked.lock().unwrap().iter().filter(|asked| is_stop(asked)).count(), 1);
     // The command is where the arm is, and was so before the stop.
     assert!((arm.feedback().unwrap().q_cmd[0] - wall).abs() < 1e-9);
