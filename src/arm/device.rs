@@ -146,6 +146,11 @@ pub trait Arm: Send {
     /// Tells whoever stands before the arm that what it holds may be taken, or not any more; a real one is seen to hold it out.
     fn offers(&mut self, _on: bool) {}
 
+    /// Returns whether the connection to it is lost for good: whoever wants it connects anew.
+    fn is_lost(&self) -> bool {
+        false
+    }
+
     /// Returns how evenly was paced what was streamed since this was last asked, of an arm that is streamed to.
     fn pacing(&mut self) -> Option<Pacing> {
         None

@@ -102,6 +102,10 @@ impl Arm for Patient {
         self.arm.offers(on);
     }
 
+    fn is_lost(&self) -> bool {
+        self.arm.is_lost()
+    }
+
     fn pacing(&mut self) -> Option<Pacing> {
         self.arm.pacing()
     }

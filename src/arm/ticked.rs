@@ -34,6 +34,11 @@ pub trait Plant: Send {
     /// Tells whoever stands before the arm that what it holds may be taken, or not any more.
     fn offers(&mut self, _on: bool) {}
 
+    /// Returns whether the connection to it is lost for good.
+    fn is_lost(&self) -> bool {
+        false
+    }
+
     /// Returns how far a joint may stay behind its command, rad, where an arm that is farther behind is stuck or lost.
     fn most_behind(&self) -> Option<f64> {
         None
@@ -293,6 +298,10 @@ fn apart(to: f64, from: f64) -> f64 {
 impl<P: Plant> Arm for Ticked<P> {
     fn offers(&mut self, on: bool) {
         self.plant.offers(on);
+    }
+
+    fn is_lost(&self) -> bool {
+        self.plant.is_lost()
     }
 
     fn feedback(&mut self) -> Result<Feedback, DeviceError> {

@@ -116,7 +116,7 @@ impl Plant for BridgePlant {
 
     fn refresh(&mut self) -> Result<(), DeviceError> {
         // A line that is lost has said so; where the arm was last is all that is known.
-        if lock(&self.link).is_lost() || !(self.is_realtime || self.is_old) {
+        if self.is_lost() || !(self.is_realtime || self.is_old) {
             return Ok(());
         }
         self.hears(Link::feedback)
@@ -125,6 +125,10 @@ impl Plant for BridgePlant {
     fn hold(&mut self) -> Result<bool, DeviceError> {
         self.hears(Link::stop)?;
         Ok(true)
+    }
+
+    fn is_lost(&self) -> bool {
+        lock(&self.link).is_lost()
     }
 
     fn most_behind(&self) -> Option<f64> {

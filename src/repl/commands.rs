@@ -145,15 +145,25 @@ impl Session<'_, '_> {
 
     /// Lets lines move the robot again, once a person has said so.
     pub(super) fn take_real(&mut self) -> Result<(), Failure> {
-        let cell = if let Some(cell) = self.aside.take() {
-            cell
-        } else {
-            let seed = self.bench.cell()?.seed();
-            (self.hands.open)(self.hands.real, seed)?
+        let mut aside = self.aside.take();
+        let was_lost = aside.as_mut().is_some_and(WorkCell::is_lost);
+        let cell = match aside {
+            Some(cell) if !was_lost => cell,
+            lost => {
+                // A server may take one connection at a time.
+                drop(lost);
+                let seed = self.bench.cell()?.seed();
+                (self.hands.open)(self.hands.real, seed)?
+            }
         };
         cell.robot_name().clone_into(&mut self.robot);
         self.bench.exchange(cell)?;
-        self.style.say(format!("lines move the {} now", self.robot));
+        let anew = if was_lost {
+            "; the connection was lost, and this is a new one: where arm, camera and things are is found anew"
+        } else {
+            ""
+        };
+        self.style.say(format!("lines move the {} now{anew}", self.robot));
         Ok(())
     }
 

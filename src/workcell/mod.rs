@@ -324,6 +324,11 @@ impl WorkCell {
         check::check_step(step, source, &self.setup.library, &self.setup.stdlib, &scope)
     }
 
+    /// Returns whether the connection to the arm is lost for good: another cell has to be opened.
+    pub fn is_lost(&mut self) -> bool {
+        self.scripts.context().body().arm().is_lost()
+    }
+
     /// Brings the arm to rest where it is, after a mistake of the program's own.
     pub fn halt(&mut self) {
         // What went wrong may go wrong again, and must not hide the first mistake.

@@ -183,6 +183,29 @@ fn a_server_that_hangs_up_or_is_another_is_told_apart() {
     assert!(matches!(&nobody, Error::Nobody { .. }), "{nobody}");
 }
 
+/// The prompt said that lines move the arm again, over a connection that was lost.
+#[test]
+fn a_lost_connection_says_so_and_a_new_one_is_well() {
+    let mut count = 0;
+    let (place, _) = serve(move |request| {
+        count += 1;
+        match (count, word(request).as_str()) {
+            (3, _) => None,
+            (_, "hello") => Some(hello()),
+            _ => Some(told(0.1 * f64::from(count))),
+        }
+    });
+    let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
+    assert!(!arm.is_lost());
+    let lost = arm.wait(0.1, &Cancel::default(), &mut |_| {}).unwrap_err();
+    assert!(lost.to_string().contains("closed the connection"), "{lost}");
+    assert!(arm.is_lost());
+    drop(arm);
+    let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
+    arm.wait(0.01, &Cancel::default(), &mut |_| {}).unwrap();
+    assert!(!arm.is_lost());
+}
+
 #[test]
 fn pictures_and_scales_come_over_the_same_line() {
     let mut png = std::io::Cursor::new(Vec::new());
