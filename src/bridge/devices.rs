@@ -7,12 +7,13 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use image::RgbImage;
 
+use super::check::Wanted;
 use super::error::Error;
 use super::link::Link;
 use super::wire::{Aim, Hello, Size, Step, Told};
 use crate::alignment::decode;
 use crate::arm::ticked::{Plant, Ticked};
-use crate::arm::{Camera, DeviceError, Feedback, Film, Scales, SmallShot, Weighing};
+use crate::arm::{Camera, Cancel, DeviceError, Feedback, Film, Scales, SmallShot, Weighing};
 
 /// The connection, shared by its arm, camera and scales.
 type SharedLink = Arc<Mutex<Link>>;
@@ -32,13 +33,13 @@ pub struct Bridged {
     pub scales: Option<BridgeScales>,
 }
 
-/// Connects to the reality at `HOST:PORT`, which must have this robot with these joints. Nothing moves.
+/// Connects to the reality at `HOST:PORT`, which must have this robot. Nothing moves. What is asked later is given up when `cancel` says so.
 ///
 /// # Errors
 ///
 /// [`Error`].
-pub fn connect(place: &str, robot: &str, joints: &[&str]) -> Result<Bridged, Error> {
-    let (mut link, hello) = Link::open(place, robot, joints)?;
+pub fn connect(place: &str, wanted: Wanted, cancel: Cancel) -> Result<Bridged, Error> {
+    let (mut link, hello) = Link::open(place, wanted, cancel)?;
     let told = link.feedback()?;
     let link = Arc::new(Mutex::new(link));
     let plant = BridgePlant {

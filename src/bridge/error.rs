@@ -1,5 +1,7 @@
 //! What may be wrong with a reality behind a bridge, and what would help.
 
+use std::fmt;
+
 use crate::arm::{DeviceError, Mover};
 
 /// What is wrong with a bridge or its answers.
@@ -134,6 +136,48 @@ pub enum Error {
         /// How much time it was to let pass, s.
         passed: f64,
     },
+    /// The server's clock goes on by more than was asked.
+    #[error("the bridge's clock went on by {leap:.3} s, though {asked:.3} s were to pass")]
+    ClockLeaps {
+        /// By how much it went on, s.
+        leap: f64,
+        /// How much time it was to let pass, s.
+        asked: f64,
+    },
+    /// A number is far from all that it can be.
+    #[error(
+        "`{field}`{} in the answer to `{request}` is {value:.2}, far outside {:.2} to {:.2}{}",
+        .joint.map(|joint| format!(" of joint {joint}")).unwrap_or_default(),
+        .range.0,
+        .range.1,
+        .probably.map(|unit| format!(": probably in {unit}")).unwrap_or_default()
+    )]
+    Units {
+        /// What was asked.
+        request: &'static str,
+        /// Which number.
+        field: &'static str,
+        /// Of which joint, from 1, where there is one for each.
+        joint: Option<usize>,
+        /// What it says.
+        value: f64,
+        /// What it can be, in SI units.
+        range: (f64, f64),
+        /// In which unit it would be well.
+        probably: Option<Unit>,
+    },
+    /// An answer waits though nothing was asked.
+    #[error("after its answer to `{after}` the bridge sent another that nobody asked for")]
+    Unasked {
+        /// What was answered last.
+        after: &'static str,
+    },
+    /// Somebody wished to stop before an answer came.
+    #[error("stopped before the bridge answered `{request}`")]
+    Interrupted {
+        /// What was asked.
+        request: &'static str,
+    },
     /// There is no camera, and none was named.
     #[error("the bridge has no camera, and nothing is done unseen")]
     NoCamera,
@@ -173,6 +217,27 @@ pub enum Error {
     },
 }
 
+/// A unit that is none of the protocol's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// Of an angle.
+    Degrees,
+    /// Of a length.
+    Millimetres,
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Degrees => "degrees",
+            Self::Millimetres => "mm",
+        })
+    }
+}
+
+/// A clock that goes on by this times what was asked, or by twice or half of that, counts ms.
+const MILLI: f64 = 1e3;
+
 impl Error {
     /// Returns what would help.
     pub fn help(&self) -> &str {
@@ -180,6 +245,20 @@ impl Error {
             Self::Nobody { .. } | Self::NoHost { .. } => {
                 "start the server first (an example: `examples/bridge/`), then name it `bridge://HOST:PORT`"
             }
+            Self::Silent { request: "hello", .. } => {
+                "is another client connected? A server may take one at a time; else look at what it printed"
+            }
+            Self::Unasked { .. } => {
+                "let the server send one line for every line, and none by itself"
+            }
+            Self::Units { .. } => "the protocol has SI units: rad, rad/s, m, s, N·m",
+            Self::ClockLeaps { leap, asked } if (0.5..=2.0).contains(&(leap / asked / MILLI)) => {
+                "`t` is in s, and probably is in ms here"
+            }
+            Self::ClockLeaps { .. } => {
+                "let `t` go on by the `dt` of each `step`, or say `\"realtime\": true` in `hello` if it passes by itself"
+            }
+            Self::Interrupted { .. } => "call it again to go on",
             Self::Closed { .. } | Self::Broken { .. } | Self::Silent { .. } => {
                 "look at what the server printed; one answer is expected for every line"
             }
@@ -220,6 +299,9 @@ impl Error {
 
 impl From<Error> for DeviceError {
     fn from(error: Error) -> Self {
+        if matches!(error, Error::Interrupted { .. }) {
+            return Self::Stopped;
+        }
         Self::Refused { what: error.to_string(), help: error.help().to_owned() }
     }
 }

@@ -7,11 +7,11 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
-use serde_json::Value;
 
+use super::check::{Wanted, no_number, wrong};
 use super::error::Error;
 use super::wire::{Hello, Photo, Refusal, Request, Step, Told, VERSION};
-use crate::arm::{Mover, Weighing};
+use crate::arm::{Cancel, Weighing};
 
 /// The longest line, bytes (protocol 1).
 const LONGEST: usize = 16 << 20;
@@ -25,7 +25,12 @@ const PHOTO_S: f64 = 60.0;
 /// How long the arm's stop is waited for after a wrong answer, s.
 const STOP_S: f64 = 1.0;
 
-/// A clock that stands for so long is none, s: one that goes on in coarse steps stands for less.
+/// How often a wish to stop is looked for while an answer is waited for, s.
+const LOOK_S: f64 = 0.05;
+/// How long an answer is waited for once somebody wishes to stop, s: long enough to brake by commands where a server is as quick as ever.
+const WISH_S: f64 = 1.0;
+
+/// A clock that stands for so long is none, s: one that goes on in coarse steps stands for less, and leaps by less.
 const STOOD_S: f64 = 1.0;
 
 /// A connection to a reality.
@@ -33,7 +38,15 @@ pub struct Link {
     stream: TcpStream,
     /// What was read beyond the last line.
     ahead: Vec<u8>,
-    joints: usize,
+    /// Answers that were not waited for to the end, and come before the next.
+    owed: usize,
+    /// What was answered last.
+    answered: &'static str,
+    /// What is wished to stop while an answer is waited for.
+    cancel: Cancel,
+    wanted: Wanted,
+    /// Whether the server's time passes by itself.
+    is_realtime: bool,
     /// The server's time at the last feedback, s.
     time: Option<f64>,
     /// How much time was to pass since it went on, s.
@@ -43,12 +56,12 @@ pub struct Link {
 }
 
 impl Link {
-    /// Connects to `HOST:PORT` and says hello for a robot with these joints.
+    /// Connects to `HOST:PORT` and says hello for this robot; answers are waited for until `cancel` says otherwise.
     ///
     /// # Errors
     ///
     /// [`Error`]: nobody there, another version, other joints.
-    pub fn open(place: &str, robot: &str, joints: &[&str]) -> Result<(Self, Hello), Error> {
+    pub fn open(place: &str, wanted: Wanted, cancel: Cancel) -> Result<(Self, Hello), Error> {
         let nobody = |why: &dyn std::fmt::Display| Error::Nobody {
             place: place.to_owned(),
             why: why.to_string(),
@@ -70,19 +83,26 @@ impl Link {
         let mut link = Self {
             stream,
             ahead: Vec::new(),
-            joints: joints.len(),
+            owed: 0,
+            answered: "hello",
+            cancel,
+            wanted,
+            is_realtime: false,
             time: None,
             stood: 0.0,
             trouble: None,
         };
-        let request = Request::Hello { version: VERSION, robot: robot.to_owned() };
+        let request = Request::Hello { version: VERSION, robot: link.wanted.robot.clone() };
         let hello: Hello = link.ask(&request, ANSWER_S)?;
         if hello.hello != VERSION {
             return Err(Error::Version { theirs: hello.hello, ours: VERSION });
         }
+        let joints: Vec<&str> =
+            link.wanted.joints.iter().map(|joint| joint.name.as_str()).collect();
         if hello.joints != joints {
             return Err(Error::Joints { theirs: hello.joints.join(", "), ours: joints.join(", ") });
         }
+        link.is_realtime = hello.realtime;
         Ok((link, hello))
     }
 
@@ -99,6 +119,12 @@ impl Link {
     pub fn step(&mut self, step: Step) -> Result<Told, Error> {
         let (within, dt, before) = (ANSWER_S + step.dt, step.dt, self.time);
         let told = self.told(&Request::Step(step), within)?;
+        if let Some(from) = before.filter(|_| !self.is_realtime) {
+            let leap = told.t - from;
+            if leap > dt + self.stood + STOOD_S {
+                return Err(self.give_up(Error::ClockLeaps { leap, asked: dt }));
+            }
+        }
         self.stood = if before.is_some_and(|t| told.t <= t) { self.stood + dt } else { 0.0 };
         if self.stood > STOOD_S {
             return Err(self.give_up(Error::ClockStands { at: told.t, passed: self.stood }));
@@ -141,7 +167,7 @@ impl Link {
         match self.exchange(&Request::Photo {}, PHOTO_S) {
             Ok(line) => serde_json::from_slice(&line).ok().map(|photo: Photo| photo.png),
             Err(error) => {
-                self.give_up(error);
+                self.fail(error);
                 None
             }
         }
@@ -167,7 +193,7 @@ impl Link {
     /// Asks for feedback, and checks it.
     fn told(&mut self, request: &Request, within: f64) -> Result<Told, Error> {
         let told: Told = self.ask(request, within)?;
-        if let Some(error) = wrong(&told, request.word(), self.joints, self.time) {
+        if let Some(error) = wrong(&told, request.word(), &self.wanted, self.time) {
             return Err(self.give_up(error));
         }
         self.time = Some(told.t);
@@ -182,11 +208,11 @@ impl Link {
         let word = request.word();
         let line = match self.exchange(request, within) {
             Ok(line) => line,
-            Err(error) => return Err(self.give_up(error)),
+            Err(error) => return Err(self.fail(error)),
         };
         if let Ok(Refusal { error, help }) = serde_json::from_slice(&line) {
             // It may go on later, but not from a motion that was cut short.
-            let _ = self.exchange(&Request::Stop {}, STOP_S);
+            self.ask_to_stop();
             return Err(Error::Refused { request: word, why: error, help });
         }
         serde_json::from_slice(&line).map_err(|error| {
@@ -196,11 +222,54 @@ impl Link {
     }
 
     /// Sends a line and waits for one.
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "how long an answer may take is measured against the wall"
-    )]
     fn exchange(&mut self, request: &Request, within: f64) -> Result<Vec<u8>, Error> {
+        let word = request.word();
+        // What somebody wished to stop is to be stopped.
+        let is_heeded = !matches!(request, Request::Stop {});
+        self.catch_up(word, within, is_heeded)?;
+        self.is_alone()?;
+        self.send(request, within)?;
+        let line = self.line(word, within, is_heeded);
+        if matches!(line, Err(Error::Interrupted { .. })) {
+            // The answer comes later, and then the arm is stopped.
+            self.owed += 1;
+            self.owed += usize::from(self.send(&Request::Stop {}, STOP_S).is_ok());
+        }
+        let line = line?;
+        self.answered = word;
+        Ok(line)
+    }
+
+    /// Lets pass what was not waited for to the end.
+    fn catch_up(&mut self, word: &'static str, within: f64, is_heeded: bool) -> Result<(), Error> {
+        while self.owed > 0 {
+            self.line(word, within, is_heeded)?;
+            self.owed -= 1;
+        }
+        Ok(())
+    }
+
+    /// Refuses an answer that waits though nothing was asked: all that follow would be one too old.
+    fn is_alone(&mut self) -> Result<(), Error> {
+        let after = self.answered;
+        let broken =
+            |error: std::io::Error| Error::Broken { request: after, why: error.to_string() };
+        let mut chunk = [0; 1 << 10];
+        self.stream.set_nonblocking(true).map_err(broken)?;
+        // A line that has ended says so when it is asked.
+        if let Ok(n) = self.stream.read(&mut chunk) {
+            self.ahead.extend_from_slice(&chunk[..n]);
+        }
+        self.stream.set_nonblocking(false).map_err(broken)?;
+        if self.ahead.iter().all(u8::is_ascii_whitespace) {
+            self.ahead.clear();
+            return Ok(());
+        }
+        Err(Error::Unasked { after })
+    }
+
+    /// Sends a line.
+    fn send(&mut self, request: &Request, within: f64) -> Result<(), Error> {
         let word = request.word();
         let broken =
             |error: &dyn std::fmt::Display| Error::Broken { request: word, why: error.to_string() };
@@ -208,8 +277,19 @@ impl Link {
         line.push(b'\n');
         let limit = Duration::from_secs_f64(within);
         self.stream.set_write_timeout(Some(limit)).map_err(|error| broken(&error))?;
-        self.stream.write_all(&line).map_err(|error| broken(&error))?;
-        let end = Instant::now() + limit;
+        self.stream.write_all(&line).map_err(|error| broken(&error))
+    }
+
+    /// Waits for a line; not much longer once somebody wishes to stop, if that is heeded.
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "how long an answer may take is measured against the wall"
+    )]
+    fn line(&mut self, word: &'static str, within: f64, is_heeded: bool) -> Result<Vec<u8>, Error> {
+        let broken =
+            |error: std::io::Error| Error::Broken { request: word, why: error.to_string() };
+        let end = Instant::now() + Duration::from_secs_f64(within);
+        let mut wished = None;
         let mut chunk = vec![0; 64 << 10];
         let mut searched = 0;
         loop {
@@ -221,21 +301,47 @@ impl Link {
             if searched > LONGEST {
                 return Err(Error::TooLong { request: word, limit_mib: LONGEST >> 20 });
             }
-            let left = end.saturating_duration_since(Instant::now());
+            let now = Instant::now();
+            let left = end.saturating_duration_since(now);
             if left.is_zero() {
                 return Err(Error::Silent { request: word, within_s: within });
             }
-            self.stream.set_read_timeout(Some(left)).map_err(|error| broken(&error))?;
+            if is_heeded && self.cancel.is_cancelled() {
+                let since = *wished.get_or_insert(now);
+                if now.duration_since(since).as_secs_f64() > WISH_S {
+                    return Err(Error::Interrupted { request: word });
+                }
+            }
+            let look = left.min(Duration::from_secs_f64(LOOK_S));
+            self.stream.set_read_timeout(Some(look)).map_err(broken)?;
             match self.stream.read(&mut chunk) {
                 Ok(0) => return Err(Error::Closed { request: word }),
                 Ok(n) => self.ahead.extend_from_slice(&chunk[..n]),
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error)
-                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
-                {
-                    return Err(Error::Silent { request: word, within_s: within });
-                }
-                Err(error) => return Err(broken(&error)),
+                    if matches!(
+                        error.kind(),
+                        ErrorKind::Interrupted | ErrorKind::WouldBlock | ErrorKind::TimedOut
+                    ) => {}
+                Err(error) => return Err(broken(error)),
+            }
+        }
+    }
+
+    /// Takes note of what went wrong with an answer: after all but one that was only not waited for, nothing is asked any more.
+    fn fail(&mut self, error: Error) -> Error {
+        if matches!(error, Error::Interrupted { .. }) {
+            return error;
+        }
+        self.give_up(error)
+    }
+
+    /// Asks the arm to stop; an answer that is late comes before the next.
+    fn ask_to_stop(&mut self) {
+        match self.exchange(&Request::Stop {}, STOP_S) {
+            Ok(_) => {}
+            Err(Error::Silent { .. }) => self.owed += 1,
+            Err(error) => {
+                self.give_up(error);
             }
         }
     }
@@ -244,54 +350,9 @@ impl Link {
     fn give_up(&mut self, error: Error) -> Error {
         // Whoever answers wrongly may still understand this; nothing depends on it.
         self.ahead.clear();
-        let _ = self.exchange(&Request::Stop {}, STOP_S);
+        let stopped = self.send(&Request::Stop {}, STOP_S);
+        let _ = stopped.and_then(|()| self.line("stop", STOP_S, false));
         self.trouble = Some(error.clone());
         error
     }
-}
-
-/// Returns which number of feedback that cannot be read is none: JSON has no word for it, and programs write `NaN` or `null`.
-fn no_number(line: &[u8], request: &'static str) -> Option<Error> {
-    let text = std::str::from_utf8(line).ok()?.to_owned();
-    let words = ["-Infinity", "Infinity", "NaN"];
-    let text = words.into_iter().fold(text, |text, word| text.replace(word, "null"));
-    let told: Value = serde_json::from_str(&text).ok()?;
-    for field in ["q", "dq", "tau"] {
-        let mut list = told.get(field).and_then(Value::as_array).into_iter().flatten();
-        if let Some(at) = list.position(Value::is_null) {
-            return Some(Error::NotFinite { request, field, joint: Some(at + 1) });
-        }
-    }
-    let single = ["t", "opening"].into_iter();
-    let mut none = single.filter(|field| told.get(*field).is_some_and(Value::is_null));
-    none.next().map(|field| Error::NotFinite { request, field, joint: None })
-}
-
-/// Returns what is wrong with feedback, if anything is.
-fn wrong(told: &Told, request: &'static str, joints: usize, before: Option<f64>) -> Option<Error> {
-    let lists = [("q", &told.q), ("dq", &told.dq), ("tau", &told.tau)];
-    for (field, list) in lists {
-        if list.len() != joints {
-            return Some(Error::Length { request, field, got: list.len(), joints });
-        }
-        if let Some(at) = list.iter().position(|number| !number.is_finite()) {
-            return Some(Error::NotFinite { request, field, joint: Some(at + 1) });
-        }
-    }
-    for (field, number) in [("t", told.t), ("opening", told.opening)] {
-        if !number.is_finite() {
-            return Some(Error::NotFinite { request, field, joint: None });
-        }
-    }
-    if told.moving.len() > Mover::MOST {
-        return Some(Error::Movers { request, got: told.moving.len() });
-    }
-    for (at, mover) in told.moving.iter().enumerate() {
-        let is_another = told.moving[..at].iter().any(|other| other.name == mover.name);
-        if !mover.is_sound() || mover.name.is_empty() || is_another {
-            return Some(Error::Mover { request, which: at + 1 });
-        }
-    }
-    let from = before?;
-    (told.t < from).then_some(Error::ClockWentBack { from, to: told.t })
 }

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::arm::{Camera, Scales};
-use crate::bridge::{self, Error as Trouble};
+use crate::arm::{Camera, Cancel, Scales};
+use crate::bridge::{self, Error as Trouble, Joint, Wanted};
 use crate::execution::snapshot::{WebCamera, WebScales};
 use crate::motion::robot::Robot;
 use crate::motion::trajectory::Limits;
@@ -50,9 +50,18 @@ pub(super) fn devices(
     scene: &Scene,
     args: &CellArgs,
 ) -> Result<Devices, Error> {
-    let joints: Vec<&str> = robot.joints().iter().map(|joint| joint.name.as_str()).collect();
+    let joints = robot
+        .joints()
+        .iter()
+        .map(|joint| Joint { name: joint.name.clone(), range: (joint.lower, joint.upper) });
+    let wanted = Wanted {
+        robot: scene.robot.clone(),
+        joints: joints.collect(),
+        max_opening: robot.max_opening(),
+    };
+    let cancel = Cancel::default();
     let refused = |trouble: Trouble| Error::from(crate::arm::DeviceError::from(trouble));
-    let bridged = bridge::connect(&target.place, &scene.robot, &joints).map_err(refused)?;
+    let bridged = bridge::connect(&target.place, wanted, cancel.clone()).map_err(refused)?;
     let camera: Box<dyn Camera> = match (&args.camera_at, bridged.camera) {
         (Some(address), _) => Box::new(WebCamera(address.clone())),
         (None, Some(camera)) => {
@@ -77,5 +86,5 @@ pub(super) fn devices(
     };
     // A simulator has all the speed that the robot's file allows; what runs in real time may be a robot.
     let limits = bridged.hello.realtime.then(|| Limits::of(robot).scaled(args.speed, args.speed));
-    Ok(Devices { arm: Box::new(bridged.arm), camera, scales, limits })
+    Ok(Devices { arm: Box::new(bridged.arm), camera, scales, limits, cancel })
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use crate::arm::{Camera as _, DeviceError, Scales as _};
+use crate::arm::{Camera as _, Cancel, DeviceError, Feedback, Scales as _};
 use crate::execution::error::ActionError;
 use crate::execution::lint::readable;
 use crate::execution::snapshot::{WebCamera, WebScales};
@@ -257,20 +257,39 @@ fn gen3(target: &kortex::Target, robot: &str, style: Style) -> Result<Finding, F
     Ok(Finding::new("arm", State::Well, says))
 }
 
-/// Connects to a reality behind a bridge, takes a picture and weighs; of camera and scales that have an address of their own nothing is
+/// How much time is let pass behind a bridge, to see its clock go on, s.
+const TICKS: f64 = 0.02;
+
+/// Says how an arm behind a bridge is, after its clock went on by `passed` s.
+fn stands(told: &Feedback, passed: f64) -> String {
+    // Rounded first: there is no joint at -0.0 deg.
+    let deg = |q: &f64| format!("{:.1}", (10.0 * q.to_degrees()).round() / 10.0 + 0.0);
+    let q: Vec<String> = told.q.iter().map(deg).collect();
+    let (opening, asked, passed) = (1e3 * told.opening, 1e3 * TICKS, 1e3 * passed);
+    format!(
+        "q {} deg, opening {opening:.1} mm, t went on by {passed:.0} ms in {asked:.0} ms",
+        q.join(", ")
+    )
+}
+
+/// Connects to a reality behind a bridge, lets a moment pass, takes a picture and weighs; of camera and scales that have an address of their own nothing is
 /// said here.
 fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure> {
-    let mut joints = 0;
+    let (mut joints, mut says) = (0, String::new());
     let (mut picture, mut weighing) = (None, None);
     let opened = WorkCell::open_with(options(cli, None)?, |robot, scene, _| {
         joints = robot.n_joints();
         let mut devices = bridge::devices(target, robot, scene, &cli.cell)?;
+        let begin = devices.arm.feedback()?.time;
+        devices.arm.wait(TICKS, &Cancel::default(), &mut |_| {})?;
+        let told = devices.arm.feedback()?;
+        says = stands(&told, told.time - begin);
         picture = Some(devices.camera.photo()?);
         weighing = devices.scales.as_mut().map(|scales| scales.weigh().is_some());
         Ok(devices)
     });
     let arm = match &opened {
-        Ok(_) => Finding::new("arm", State::Well, format!("{target}: {joints} joints")),
+        Ok(_) => Finding::new("arm", State::Well, format!("{target}: {joints} joints; {says}")),
         Err(error) => {
             let help = match error {
                 Error::Action(ActionError::Device(device)) => device.help(),

@@ -8,7 +8,7 @@ use std::io::{self, IsTerminal};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::arm::Scales;
+use crate::arm::{Cancel, Scales};
 use crate::execution::snapshot::{WebCamera, WebScales};
 use crate::http::Address;
 use crate::kortex::arm::{KortexArm, Options};
@@ -148,6 +148,7 @@ impl Ready {
             camera: Box::new(WebCamera(self.camera)),
             scales,
             limits: Some(limits),
+            cancel: Cancel::default(),
         })
     }
 }

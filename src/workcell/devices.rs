@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::arm::paced::Paced;
 use crate::arm::ticked::Ticked;
-use crate::arm::{Arm, Camera, Scales};
+use crate::arm::{Arm, Camera, Cancel, Scales};
 use crate::execution::lab_arm::{self, LabCamera, LabPlant, LabScales, SharedLab};
 use crate::lab::{Lab, LabSettings};
 use crate::language::{Diagnostic, Library};
@@ -26,6 +26,8 @@ pub struct Devices {
     pub scales: Option<Box<dyn Scales>>,
     /// Speeds and accelerations that are planned within, where the robot's own file allows more.
     pub limits: Option<Limits>,
+    /// The wish to stop that they obey too, while they wait for an answer.
+    pub cancel: Cancel,
 }
 
 /// Reads the library and finds the scene and its robot; nothing is connected.
@@ -92,6 +94,7 @@ fn of_lab(lab: SharedLab) -> Devices {
         camera: Box::new(LabCamera(lab.clone())),
         scales: Some(Box::new(LabScales(lab))),
         limits: None,
+        cancel: Cancel::default(),
     }
 }
 

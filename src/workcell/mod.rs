@@ -152,14 +152,14 @@ impl WorkCell {
         let setup =
             Setup { library, stdlib, robot_name, seed, switches, candidates, is_real_time, clock };
         let belief = Belief::new(scene.clone());
-        let cancel = Cancel::default();
+        let cancel = devices.cancel.clone();
         let parts = Parts { setup, scene, robot, known, pace, means, belief, cancel };
         Ok(Self::with(parts, devices))
     }
 
     /// Puts a cell together.
     fn with(parts: Parts, devices: Devices) -> Self {
-        let Devices { arm, camera, scales, limits: _ } = devices;
+        let Devices { arm, camera, scales, limits: _, cancel: _ } = devices;
         let Parts { setup, scene, robot, known, pace, means, belief, cancel } = parts;
         let limits = Limits { pace, ..Limits::default() };
         let mut settings = Settings::for_arm(&robot);

@@ -2,11 +2,22 @@
 
 use serde_json::{Value, json};
 use trueup::arm::{Arm as _, Camera as _, Cancel, DeviceError, Scales as _};
-use trueup::bridge::{Error, connect};
+use trueup::bridge::{self, Bridged, Error, Joint, Wanted};
 
 use super::reality::serve;
 
 const JOINTS: [&str; 2] = ["a", "b"];
+
+/// Connects to a robot with these joints, each from -3 to 3 rad, and fingers of 85 mm.
+pub(super) fn connect(place: &str, robot: &str, joints: &[&str]) -> Result<Bridged, Error> {
+    bridge::connect(place, wanted(robot, joints), Cancel::default())
+}
+
+fn wanted(robot: &str, joints: &[&str]) -> Wanted {
+    let joint = |name: &&str| Joint { name: (*name).to_owned(), range: (-3.0, 3.0) };
+    let joints = joints.iter().map(joint).collect();
+    Wanted { robot: robot.to_owned(), joints, max_opening: 0.085 }
+}
 
 fn word(request: &Value) -> String {
     request.as_object().unwrap().keys().next().unwrap().clone()
@@ -94,6 +105,16 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
             "`opening` in the answer to `step` is no finite number",
         ),
         (told(6.0).replace("0.1", "1e999"), "the answer to `step` cannot be read"),
+        (
+            told(6.0).replace("0.1", "55.0"),
+            "`q` of joint 2 in the answer to `step` is 55.00, far outside -3.00 to 3.00: probably in degrees",
+        ),
+        (told(6.0).replace("0.1", "1e4"), "is 10000.00, far outside -3.00 to 3.00"),
+        (
+            told(6.0).replace("0.08", "80.0"),
+            "`opening` in the answer to `step` is 80.00, far outside",
+        ),
+        (told(9.0), "the bridge's clock went on by 4.000 s, though 0.004 s were to pass"),
         (told(4.0), "the bridge's clock went back from 5.000000 s to 4.000000 s"),
         (moving("head", 0.0), "number 2 of `moving` in the answer to `step` is no ball"),
         (moving("head", 2.1), "number 2 of `moving` in the answer to `step` is no ball"),
@@ -181,6 +202,46 @@ fn a_server_that_hangs_up_or_is_another_is_told_apart() {
     // Port 1 of this machine: nobody.
     let nobody = connect("127.0.0.1:1", "robot", &JOINTS).err().unwrap();
     assert!(matches!(&nobody, Error::Nobody { .. }), "{nobody}");
+}
+
+/// Its picture was of one instant and every later feedback of the one before, and nobody noticed.
+#[test]
+fn an_answer_that_nobody_asked_for_is_refused() {
+    let (error, _) = after_a_good_beginning(format!("{}\n{}", told(5.1), told(5.1)));
+    let said = error.to_string();
+    assert_eq!(said, "after its answer to `step` the bridge sent another that nobody asked for");
+}
+
+/// A picture that took 20 s held up Ctrl-C for as long.
+#[test]
+fn a_wish_to_stop_does_not_wait_for_an_answer() {
+    let cancel = Cancel::default();
+    let (free, held) = std::sync::mpsc::channel();
+    let (wish, mut count) = (cancel.clone(), 0);
+    let (place, asked) = serve(move |request| {
+        count += 1;
+        Some(match (count, word(request).as_str()) {
+            (1, _) => hello(),
+            (3, _) => {
+                wish.cancel();
+                held.recv().unwrap();
+                told(0.1)
+            }
+            _ => told(0.1 * f64::from(count)),
+        })
+    });
+    let wanted = wanted("robot", &JOINTS);
+    let mut arm = bridge::connect(&place, wanted, cancel.clone()).unwrap().arm;
+    let stopped = arm.wait(0.1, &cancel, &mut |_| {});
+    assert_eq!(stopped, Err(DeviceError::Stopped));
+    // What was not waited for comes before the next answer, and is not taken for it.
+    cancel.clear();
+    free.send(()).unwrap();
+    let here = arm.feedback().unwrap();
+    assert!((here.time - 0.3).abs() < 1e-9, "{here:?}");
+    let asked: Vec<String> = asked.lock().unwrap().iter().map(word).collect();
+    assert_eq!(asked, ["hello", "feedback", "step", "stop", "feedback"]);
+    assert!(!arm.is_lost());
 }
 
 /// The prompt said that lines move the arm again, over a connection that was lost.

@@ -5,11 +5,12 @@ use std::sync::{Arc, Mutex};
 use serde_json::{Value, json};
 use trueup::arm::limits::{Cleared, Limits};
 use trueup::arm::{Arm as _, Cancel, DeviceError};
-use trueup::bridge::{BridgeArm, connect};
+use trueup::bridge::BridgeArm;
 use trueup::motion::Robot;
 use trueup::motion::trajectory::{Limits as Speeds, Trajectory};
 use trueup::world::Pose;
 
+use super::answers::connect;
 use super::reality::serve;
 
 /// An arm that is where it was sent, but for a wall that the first joint cannot pass, at `wall` rad; and what was asked.

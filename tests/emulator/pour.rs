@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use trueup::arm::Cancel;
 use trueup::emulator::{Emulator, Options as Wire, Pace};
 use trueup::execution::calibrate::Switches;
 use trueup::execution::lab_arm::{self, LabCamera, LabScales};
@@ -74,6 +75,7 @@ fn a_pour_over_the_wire_ends_as_in_the_lab() {
             arm: Box::new(arm),
             camera: Box::new(LabCamera(lab.clone())),
             scales: Some(Box::new(LabScales(lab))),
+            cancel: Cancel::default(),
         })
     })
     .unwrap();
