@@ -39,6 +39,11 @@ pub trait Plant: Send {
         false
     }
 
+    /// Returns how long fingers may take to begin to move, s.
+    fn fingers_begin_within(&self) -> f64 {
+        0.0
+    }
+
     /// Returns how far a joint may stay behind its command, rad, where an arm that is farther behind is stuck or lost.
     fn most_behind(&self) -> Option<f64> {
         None
@@ -69,6 +74,8 @@ const REST: (f64, f64) = (0.4, 0.01);
 const HELD: f64 = 0.02;
 /// Fingers that move less than this in a tenth of a second are at rest, m: above the encoder's noise.
 const STILL: f64 = 3e-4;
+/// Fingers that are nearer than this to where they were sent have got there, m.
+const THERE: f64 = 3e-3;
 
 /// The arm of a plant.
 pub struct Ticked<P> {
@@ -77,6 +84,8 @@ pub struct Ticked<P> {
     dq_cmd: Vec<f64>,
     /// Where the fingers are to go, and in how many ticks.
     fingers: Option<(ClearedGrip, usize)>,
+    /// Where something stopped the fingers when they were sent last, and where they were sent, m.
+    stalled: Option<(f64, f64)>,
     /// What was commanded in the last [`LATE`] s, rad, where a joint may be too far behind.
     lately: VecDeque<Vec<f64>>,
     /// Ticks for which a joint has been too far from all of that.
@@ -95,6 +104,7 @@ impl<P: Plant> Ticked<P> {
             q_cmd,
             dq_cmd,
             fingers: None,
+            stalled: None,
             lately: VecDeque::new(),
             behind: 0,
             is_unsure: false,
@@ -356,18 +366,30 @@ impl<P: Plant> Arm for Ticked<P> {
         let opening = grip.opening();
         self.plant.aim(opening, grip.speed(), grip.force())?;
         let mut last = self.plant.report().opening;
-        let mut still = 0;
+        // What holds them up already does so at once.
+        let is_held_up = self
+            .stalled
+            .take()
+            .is_some_and(|(at, to)| (last - at).abs() < THERE && (to < at) == (opening < last));
+        let begins_within = if is_held_up { 0.0 } else { self.plant.fingers_begin_within() };
+        let (mut still, mut has_begun) = (0, false);
         // At most five seconds: the slowest fingers need two.
-        for _ in 0..50 {
+        for tenth in 1..=50 {
             self.run(0.1, cancel, watch, |_| None)?;
             let now = self.plant.report().opening;
             still = if (now - last).abs() < STILL { still + 1 } else { 0 };
+            has_begun |= still == 0;
             last = now;
-            if still >= 3 {
+            let is_due = has_begun
+                || (last - opening).abs() <= THERE
+                || f64::from(tenth) * 0.1 >= begins_within;
+            if still >= 3 && is_due {
                 break;
             }
         }
-        Ok(Grip { opening: last, stalled: (last - opening).abs() > 3e-3 })
+        let stalled = (last - opening).abs() > THERE;
+        self.stalled = stalled.then_some((last, opening));
+        Ok(Grip { opening: last, stalled })
     }
 
     fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError> {

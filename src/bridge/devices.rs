@@ -70,6 +70,9 @@ fn lock(link: &SharedLink) -> MutexGuard<'_, Link> {
 /// controller of a Gen3 bears (5 deg), since nothing is known of a server's servos. One in MuJoCo lagged by 0.3 deg.
 const MOST_BEHIND: f64 = 0.2;
 
+/// How long a server's fingers may take to begin to move, s. Chosen: drivers of grippers answer in some tenths.
+const FINGERS_BEGIN: f64 = 1.0;
+
 /// The arm behind a bridge as something that is stepped.
 pub struct BridgePlant {
     link: SharedLink,
@@ -130,6 +133,10 @@ impl Plant for BridgePlant {
 
     fn is_lost(&self) -> bool {
         lock(&self.link).is_lost()
+    }
+
+    fn fingers_begin_within(&self) -> f64 {
+        FINGERS_BEGIN
     }
 
     fn most_behind(&self) -> Option<f64> {

@@ -148,6 +148,40 @@ fn a_servo_that_is_late_is_waited_for() {
     assert!(most > 0.15, "{most} rad were nothing to bear");
 }
 
+/// Fingers that had not begun after 0.3 s counted as stopped by something.
+#[test]
+fn fingers_may_begin_late_and_are_not_waited_for_twice() {
+    let robot = Robot::gen3();
+    let names: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
+    let (q, joints) = (robot.pose("home").unwrap().to_vec(), names.clone());
+    let (mut t, mut opening, mut begins) = (0.0, 0.08, f64::INFINITY);
+    let (place, asked) = serve(move |request| {
+        if request.get("hello").is_some() {
+            return Some(json!({"hello": 1, "joints": joints}).to_string());
+        }
+        t += request["step"]["dt"].as_f64().unwrap_or(0.0);
+        if request["step"]["grip"].is_object() {
+            begins = t + 0.6;
+        }
+        // Something of 30 mm is between them.
+        if t > begins {
+            opening = f64::max(0.03, opening - 0.004 * 0.1);
+        }
+        let none = vec![0.0; q.len()];
+        Some(json!({"t": t, "q": q, "dq": none, "tau": none, "opening": opening}).to_string())
+    });
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut arm = connect(&place, "robot", &names).unwrap().arm;
+    let close = Limits::default().clear_grip(&robot, 0.0, 0.1, 20.0).unwrap();
+    let mut close = || arm.grip(&close, &Cancel::default(), &mut |_| {}).unwrap();
+    let grip = close();
+    assert!(grip.stalled && (grip.opening - 0.03).abs() < 1e-9, "{grip:?}");
+    let before = asked.lock().unwrap().len();
+    assert!(close().stalled);
+    let steps = asked.lock().unwrap().len() - before;
+    assert_eq!(steps, 75, "three tenths of a second");
+}
+
 #[test]
 fn an_arm_that_is_held_up_is_stopped_and_does_not_leap_when_it_is_free() {
     let robot = Robot::gen3();
