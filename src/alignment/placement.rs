@@ -117,8 +117,13 @@ impl Evidence<'_> {
 
     /// Searches a window of the table; returns distinct candidates, best first: up to `FITTED` for each of the `n` things of
     /// this look that may be in view, and no more than that of one place, so that the turns and the surroundings of the one
-    /// seen best do not crowd out the others.
-    pub fn search(&self, window: &Window, n: usize) -> Searched {
+    /// seen best do not crowd out the others. Once `is_stopped` the rest is left out, and what is returned is of no use.
+    pub fn search(
+        &self,
+        window: &Window,
+        n: usize,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Searched {
         let symmetry = self.object.shape.symmetry();
         let place = self.object.shape.outer_radius();
         let distinct = |all: &[Candidate], kept| distinct(all, kept, symmetry, (n, place));
@@ -136,6 +141,7 @@ impl Evidence<'_> {
         let columns: Vec<f64> = steps(window.x).collect();
         let all: Vec<Candidate> = columns
             .par_iter()
+            .filter(|_| !is_stopped())
             .flat_map_iter(|&x| {
                 let turns = move |y| (0..n_yaw).map(move |k| (y, k as f64 * GRID_YAW));
                 steps(window.y).flat_map(turns).filter_map(move |(y, yaw)| {
@@ -146,15 +152,17 @@ impl Evidence<'_> {
             })
             .collect();
         let coarse = distinct(&all, COARSE);
-        let finer: Vec<Candidate> =
-            coarse.par_iter().map(|c| self.climb(c, 1, POINTS[1], CLIMB)).collect();
+        let goes_on = |_: &&Candidate| !is_stopped();
+        let climbed = coarse.par_iter().filter(goes_on);
+        let finer: Vec<Candidate> = climbed.map(|c| self.climb(c, 1, POINTS[1], CLIMB)).collect();
         let alike = distinct(&finer, COARSE);
         let mut finer = distinct(&finer, FINER);
         if !matches!(self.object.shape, Shape::Cuboid { .. } | Shape::Cylinder { .. }) {
             finer.extend(self.looked_around(&finer, n));
             finer = distinct(&finer, FINER);
         }
-        let fitted: Vec<Candidate> = finer.par_iter().map(|c| self.fit(c)).collect();
+        let fitted: Vec<Candidate> =
+            finer.par_iter().filter(goes_on).map(|c| self.fit(c)).collect();
         Searched { best: distinct(&fitted, (FITTED, FINER.1, FINER.2)), alike }
     }
 

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use image::{GrayImage, RgbImage};
 
-use crate::alignment::vision::{self, Error, Options, Sighting};
+use crate::alignment::vision::{self, Asks, Error, Options, Sighting};
 use crate::world::{Camera, Scene, WorldState};
 
 /// A thing found so near to where it was put stands there, m: what a hand may be off (8 to 19 mm in `docs/results.md`) and
@@ -25,10 +25,21 @@ pub(super) struct Confirmation<'a> {
     pub(super) elsewhere: BTreeSet<String>,
     /// Where the arm, with what is in the hand, is in the picture.
     pub(super) mask: &'a GrayImage,
+    /// Whether somebody wants it to end.
+    pub(super) stop: Asks<'a>,
+}
+
+/// What a photograph said.
+pub(super) struct Judged {
+    /// What is gone from where it is believed to stand.
+    pub(super) gone: Vec<String>,
+    /// Everything seen.
+    pub(super) seen: Vec<Sighting>,
 }
 
 impl Confirmation<'_> {
-    /// Returns the things of `names` that are gone from where they are believed to stand, and everything seen.
+    /// Returns the things of `names` that are gone from where they are believed to stand, and everything seen; `None` when
+    /// it was stopped.
     ///
     /// # Errors
     ///
@@ -37,14 +48,14 @@ impl Confirmation<'_> {
         &self,
         names: &[String],
         state: &WorldState,
-    ) -> Result<(Vec<String>, Vec<Sighting>), Error> {
+    ) -> Result<Option<Judged>, Error> {
         let mut options = Options {
             ignore: Some(self.mask.clone()),
             raised: self.raised.clone(),
             elsewhere: self.elsewhere.clone(),
             ..Options::default()
         };
-        let look = vision::Look::new(self.photo, self.camera, self.scene)?;
+        let look = vision::Look::new(self.photo, self.camera, self.scene)?.until(self.stop);
         let seen = look.see_standing(&mut options, &state.objects);
         let mut gone = Vec::new();
         for name in names {
@@ -62,6 +73,6 @@ impl Confirmation<'_> {
                 gone.push(name.clone());
             }
         }
-        Ok((gone, seen))
+        Ok((!look.is_stopped()).then_some(Judged { gone, seen }))
     }
 }

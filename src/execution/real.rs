@@ -19,10 +19,10 @@ use super::body::Sight;
 use super::body::{Body, Watcher};
 use super::calibration::Calibration;
 use super::cell::Cell;
-use super::confirm::Confirmation;
+use super::confirm::{Confirmation, Judged};
 use super::wording;
 use crate::arm::patience::Patient;
-use crate::arm::{Arm, Camera, DeviceError, Feedback, Film, Grip, Plate};
+use crate::arm::{Arm, Camera, Cancel, DeviceError, Feedback, Film, Grip, Plate};
 use crate::trace::Event;
 
 /// An arm and a camera as a body in a context.
@@ -38,6 +38,8 @@ pub struct RealBody {
     photos: usize,
     /// What a picture shows, being worked out.
     looking: Option<Looking>,
+    /// The wish to stop, which a look obeys.
+    cancel: Cancel,
 }
 
 /// What is found in a photograph.
@@ -52,8 +54,8 @@ struct Found {
     has_colour: bool,
 }
 
-/// What is found in a photograph, worked out in a thread of its own.
-type Looking = std::thread::JoinHandle<Result<Found, vision::Error>>;
+/// What is found in a photograph, worked out in a thread of its own; `None` when that was stopped.
+type Looking = std::thread::JoinHandle<Result<Option<Found>, vision::Error>>;
 
 impl RealBody {
     /// Takes devices in a context with what is known so far.
@@ -77,7 +79,15 @@ impl RealBody {
             watcher,
             photos: 0,
             looking: None,
+            cancel: Cancel::default(),
         }
+    }
+
+    /// Lets looks end when somebody asks to stop.
+    #[must_use]
+    pub fn obeying(mut self, cancel: Cancel) -> Self {
+        self.cancel = cancel;
+        self
     }
 
     /// Returns where the arm, with what is in the hand, hides the table from the camera, by its own report and a little more.
@@ -189,17 +199,22 @@ impl Body for RealBody {
         let name = self.next_look();
         let known = self.belief.objects().to_vec();
         let before = self.belief.unknown().to_vec();
+        let cancel = self.cancel.clone();
         self.looking = Some(std::thread::spawn(move || {
+            let stop = || cancel.is_cancelled();
             let photo = plate(None);
-            let look = vision::Look::new(&photo, &camera, &scene)?;
+            let look = vision::Look::new(&photo, &camera, &scene)?.until(&stop);
             let sightings = look.see_standing(&mut options, &known);
             // What hangs over the table hides it, and is reflected in it.
             let is_open = options.elsewhere.is_empty();
             let others = is_open.then(|| look.unexplained(&sightings, &options, &before));
+            if look.is_stopped() {
+                return Ok(None);
+            }
             let mut image = annotate(&photo, &sightings);
             outline_unknown(&mut image, &camera, others.as_deref().unwrap_or(&[]));
             let (picture, has_colour) = (Event::picture(name, &image), look.has_colour());
-            Ok(Found { picture, sightings, others, has_colour })
+            Ok(Some(Found { picture, sightings, others, has_colour }))
         }));
         Ok(())
     }
@@ -209,7 +224,8 @@ impl Body for RealBody {
         let no_use = |error| DeviceError::Unavailable(wording::image_of_no_use(error));
         // A mistake of the program's own is no fault of the photograph.
         let found = looking.join().unwrap_or_else(|panic| resume_unwind(panic));
-        let Found { picture, sightings, others, has_colour } = found.map_err(no_use)?;
+        let found = found.map_err(no_use)?.ok_or(DeviceError::Stopped)?;
+        let Found { picture, sightings, others, has_colour } = found;
         if let Ok(mut watcher) = self.watcher.lock() {
             watcher.event(&picture);
             if !has_colour {
@@ -250,8 +266,10 @@ impl Body for RealBody {
             raised: self.belief.raised(),
             elsewhere: self.elsewhere(),
             mask: &mask,
+            stop: &|| self.cancel.is_cancelled(),
         };
-        let (gone, seen) = checking.judge(names, &state).map_err(no_use)?;
+        let judged = checking.judge(names, &state).map_err(no_use)?;
+        let Judged { gone, seen } = judged.ok_or(DeviceError::Stopped)?;
         let picture = Event::picture(self.next_look(), &annotate(&photo, &seen));
         if let Ok(mut watcher) = self.watcher.lock() {
             watcher.event(&picture);

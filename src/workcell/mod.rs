@@ -177,7 +177,8 @@ impl WorkCell {
             belief,
             look.clone(),
             audience.fan.clone(),
-        );
+        )
+        .obeying(controls.cancel.clone());
         let mut context = ActionContext::new(
             cell.clone(),
             Box::new(body),

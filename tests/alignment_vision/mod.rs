@@ -8,4 +8,5 @@ mod laboratory;
 mod marks;
 mod paint;
 mod see;
+mod stopped;
 mod visp;

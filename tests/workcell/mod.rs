@@ -195,6 +195,20 @@ fn a_stop_while_calibrating_leaves_a_whole_run_without_steps() {
     assert_eq!(kept(&folder), run);
 }
 
+/// Ctrl-C while a photograph is looked at, which took as long as there were things in it, minutes on a machine that is busy.
+#[test]
+fn a_stop_while_perceiving_is_heard_before_everything_is_found() {
+    let scratch = Scratch::new("workcell-stop-look");
+    let mut cell = WorkCell::open(plain()).unwrap();
+    let is_perceiving =
+        |event: &Event| matches!(event, Event::Phase { name, .. } if name == "perceive");
+    let press = Press { cancel: cell.cancel(), on: is_perceiving, left: 1 };
+    let (run, folder) = recorded(&mut cell, &scratch, "pick(jar)", Box::new(press));
+    assert_eq!((run.outcome, run.steps.len()), (Ending::Stopped, 0));
+    assert_eq!(run.start, None, "nothing was found");
+    assert_eq!(kept(&folder), run);
+}
+
 /// Whether nothing was spilt is not known during a run; the kitchen scales know at its end.
 #[test]
 fn the_scales_have_the_last_word_on_the_water() {

@@ -15,7 +15,8 @@ impl Look<'_> {
     /// how high. `known` is where things were believed to be before, for those that this picture does not show: what the picture
     /// hides, or supports at that very place, is kept there ([`Sighting::kept`]).
     ///
-    /// Another look is taken where something is seen at a height at which it cannot stand there; none otherwise.
+    /// Another look is taken where something is seen at a height at which it cannot stand there; none otherwise. Of a look that was
+    /// stopped ([`Look::is_stopped`]) nothing is told.
     pub fn see_standing(&self, options: &mut Options, known: &[ObjectState]) -> Vec<Sighting> {
         let scene = self.scene;
         let seen = self.see(options);

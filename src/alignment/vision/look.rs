@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 
 use image::RgbImage;
 
+use super::stop::{Asks, Stop};
 use super::{Error, check_size};
 use crate::alignment::outline::Projector;
 use crate::alignment::picture::Picture;
@@ -25,6 +26,7 @@ pub struct Look<'a> {
     pub(super) view: Projector,
     /// What does not look like bare table, with the table's colours, once either is asked for.
     table: OnceLock<(Option<TableModel>, Plane)>,
+    pub(super) stop: Stop<'a>,
 }
 
 impl<'a> Look<'a> {
@@ -36,7 +38,21 @@ impl<'a> Look<'a> {
     pub fn new(image: &'a RgbImage, camera: &'a Camera, scene: &'a Scene) -> Result<Self, Error> {
         check_size(image, camera)?;
         let (picture, view) = (Picture::new(image), Projector::new(camera));
-        Ok(Self { image, camera, scene, picture, view, table: OnceLock::new() })
+        let (table, stop) = (OnceLock::new(), Stop::default());
+        Ok(Self { image, camera, scene, picture, view, table, stop })
+    }
+
+    /// Lets the look end as soon as `asks` says so, which is asked between its parts. What was found until then is not
+    /// told: see [`Self::is_stopped`].
+    #[must_use]
+    pub fn until(mut self, asks: Asks<'a>) -> Self {
+        self.stop = Stop::when(asks);
+        self
+    }
+
+    /// Whether somebody has wanted the look to end: what it returned is then not what the photograph shows.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.is_asked()
     }
 
     /// Whether the photograph has any colour, by which things of one form are told apart.

@@ -20,6 +20,7 @@ mod judge;
 mod look;
 mod own_cut;
 mod probability;
+mod stop;
 mod together;
 mod unexplained;
 mod verify;
@@ -41,6 +42,7 @@ use together::Sought;
 pub use super::overlay::annotate;
 pub use believed::Believed;
 pub use look::Look;
+pub use stop::Asks;
 pub use unexplained::Unexplained;
 pub use verify::verify;
 
@@ -267,7 +269,8 @@ pub fn see(
 impl Look<'_> {
     /// Finds the scene's objects, standing on the table.
     ///
-    /// One sighting per object, in the scene's order, whether found or not; none of what [`Options::elsewhere`] names.
+    /// One sighting per object, in the scene's order, whether found or not; none of what [`Options::elsewhere`] names. None at
+    /// all when the look was stopped.
     pub fn see(&self, options: &Options) -> Vec<Sighting> {
         let Self { scene, camera, view, .. } = self;
         // What slides in a case is looked for along its rail.
@@ -281,9 +284,13 @@ impl Look<'_> {
             table: &scene.table,
             eye: view.eye(),
             ignore: options.ignore.clone().map(Arc::new),
+            stop: &self.stop,
             sought: on_table.map(|object| Sought::of(object, camera, options)).collect(),
         };
         let mut sightings = everything.judged();
+        if self.is_stopped() {
+            return Vec::new();
+        }
         blame(&mut sightings, view.eye().z);
         for (i, ((sighting, _), sought)) in sightings.iter_mut().zip(&everything.sought).enumerate()
         {

@@ -15,6 +15,7 @@ use super::super::outline::{Outline, Projector};
 use super::super::picture::Picture;
 use super::super::placement::{Candidate, Searched, Window};
 use super::super::plane::Plane;
+use super::stop::Stop;
 use super::{FOUND, Options, Sighting, belief, judge};
 use crate::world::{Camera, Object, Pose, Table};
 
@@ -98,10 +99,12 @@ pub(super) struct Everything<'a> {
     /// What is not to be looked at.
     pub(super) ignore: Option<Arc<GrayImage>>,
     pub(super) sought: Vec<Sought<'a>>,
+    /// The wish that it ends.
+    pub(super) stop: &'a Stop<'a>,
 }
 
 impl Everything<'_> {
-    /// Returns what is to be said of each thing, before they are weighed against each other.
+    /// Returns what is to be said of each thing, before they are weighed against each other; nothing when it was stopped.
     pub(super) fn judged(&self) -> Vec<(Sighting, Option<Doubt>)> {
         let searched = self.searched();
         let candidates: Vec<Vec<Candidate>> = searched.iter().map(|s| s.best.clone()).collect();
@@ -111,9 +114,12 @@ impl Everything<'_> {
             .zip(&candidates)
             .map(|(chosen, all)| chosen.map(|k| all[k]))
             .collect();
-        (0..self.sought.len())
+        let said: Option<Vec<_>> = (0..self.sought.len())
             .into_par_iter()
             .map(|i| {
+                if self.stop.is_asked() {
+                    return None;
+                }
                 let evidence = self.evidence(i, self.hidden(i, &best));
                 let rivals = self.rivals(i, &candidates[i], &best);
                 let view = &self.sought[i].view;
@@ -121,9 +127,10 @@ impl Everything<'_> {
                 let asked =
                     (best[i], rivals.as_slice(), alike.as_slice(), candidates[i].first().copied());
                 let offered = self.sought[i].offered;
-                judge::judge(self.picture, view, self.table, &evidence, offered, asked)
+                Some(judge::judge(self.picture, view, self.table, &evidence, offered, asked))
             })
-            .collect()
+            .collect();
+        said.unwrap_or_default()
     }
 
     /// The things that a thing differs from by nothing but its colour, where the picture has none; with the share of those of its
@@ -202,12 +209,13 @@ impl Everything<'_> {
         let first = |i: usize| (0..i).find(|j| is_alike(&self.sought[*j], &self.sought[i]));
         let firsts: Vec<usize> = (0..self.sought.len()).map(|i| first(i).unwrap_or(i)).collect();
         let search = |i: usize| {
-            if firsts[i] != i {
+            if firsts[i] != i || self.stop.is_asked() {
                 return None;
             }
             let window = self.sought[i].window.unwrap_or(everywhere);
             let n = firsts.iter().filter(|first| **first == i).count();
-            let mut searched = self.evidence(i, self.bare()).search(&window, n);
+            let is_stopped = || self.stop.is_asked();
+            let mut searched = self.evidence(i, self.bare()).search(&window, n, &is_stopped);
             searched.best = self.without_parts(i, searched.best);
             Some(searched)
         };

@@ -43,14 +43,15 @@ const HIGHEST: f64 = 0.4;
 
 impl Look<'_> {
     /// Returns what is on the table and in no sighting, largest first, with its form where its outline tells. `before` is what
-    /// an earlier picture showed: what is where it was is not measured again.
+    /// an earlier picture showed: what is where it was is not measured again. When the look is stopped the rest is left out.
     pub fn unexplained(
         &self,
         sightings: &[Sighting],
         options: &Options,
         before: &[Unknown],
     ) -> Vec<Unknown> {
-        let known = self.unexplained_regions(sightings, options).into_iter().map(|region| {
+        let regions = self.unexplained_regions(sightings, options).into_iter();
+        let known = regions.take_while(|_| !self.is_stopped()).map(|region| {
             let is_same = |it: &&Unknown| is_there(it, &self.view, region.in_picture);
             if let Some(same) = before.iter().find(is_same) {
                 return same.clone();
