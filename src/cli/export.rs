@@ -35,7 +35,8 @@ pub(super) struct ExportArgs {
     #[cfg(feature = "arrow")]
     #[arg(long, value_name = "FILE")]
     rrd: Option<PathBuf>,
-    /// A film for browsers and players: camera beside twin, with the step, the fluents and the water below.
+    /// A film for browsers and players: camera beside twin, with the step, the fluents and the water below. A run behind a
+    /// bridge has the camera when it was run with `--live`.
     #[arg(long, value_name = "FILE")]
     mp4: Option<PathBuf>,
 }
@@ -88,11 +89,15 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
         put(path, "csv", export::table(&material).map_err(wrong)?.as_bytes())?;
     }
     if let Some(path) = &args.mp4 {
-        let film = moving(&dir, &run, &film).ok_or_else(|| {
+        let moving = moving(&dir, &run, &film).ok_or_else(|| {
             Failure::input("export::pictures", format!("{}: no pictures", dir.display()))
                 .help("a run that moved the arm has them; `trueup runs` lists what is kept")
         })?;
-        put(path, "mp4", &film)?;
+        put(path, "mp4", &moving)?;
+        let is_filmed = |moment: &film::Moment| film::picture(&dir, moment.number, "real").exists();
+        if !film.moments.is_empty() && !film.moments.iter().any(is_filmed) {
+            style.note(report::film::ONLY_THE_TWIN);
+        }
     }
     if written.is_empty() {
         return Err(Failure::input("usage", "no file to write is named")

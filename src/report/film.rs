@@ -14,6 +14,10 @@ use crate::workcell::film as reel;
 use super::Style;
 use super::run::ending;
 
+/// What is said of a film in which no picture is the camera's.
+pub const ONLY_THE_TWIN: &str = "only the twin is shown: the camera was not filmed in this run. A camera behind a bridge is filmed with \
+    `--live`; where the bridge goes in real time, a camera that `--camera-at URL` names is";
+
 /// Pictures a second, Hz: as a run that is watched is filmed.
 const RATE: u32 = 5;
 /// Width and height of one of the two pictures, px.

@@ -123,6 +123,21 @@ fn steps_fluents_and_water_are_messages_of_ros() {
     assert_eq!(water, ["150", "149"]);
 }
 
+/// A camera behind a bridge is not filmed where nobody looks on: the film was the twin beside an empty half, with no word of it.
+#[test]
+fn a_film_without_the_camera_says_so() {
+    let scratch = Scratch::new("export-film");
+    with_rows(&scratch);
+    let said = scratch.trueup(&["export", RUN, "--mp4", "both.mp4"]);
+    assert!(said.code == 0 && !said.err.contains("only the twin"), "{said:?}");
+    for name in ["0001-real", "0002-real"] {
+        fs::remove_file(scratch.path(&format!("{RUN}/film/{name}.jpg"))).unwrap();
+    }
+    let said = scratch.trueup(&["export", RUN, "--mp4", "twin.mp4"]);
+    assert!(said.code == 0 && said.err.contains("only the twin is shown"), "{said:?}");
+    assert!(said.err.contains("--live"), "{said:?}");
+}
+
 #[test]
 fn the_table_has_the_step_and_the_fluents_beside_the_arm() {
     let scratch = Scratch::new("export-csv");
