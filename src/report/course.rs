@@ -54,8 +54,12 @@ pub fn drawings(run: &Run, arm: &str, film: &Film) -> String {
             "<section class=\"card\"><h2>Fluents over time</h2>\n{fluents}</section>\n"
         );
     }
-    let plots = [water(film, &span), torques(arm, &span), tracking(arm, &span)];
-    let plots: Vec<String> = plots.into_iter().flatten().collect();
+    let arm = Recording::read(arm, &span);
+    let of_arm = |draw: fn(&Recording, &Span) -> Vec<String>| {
+        arm.as_ref().map(|arm| draw(arm, &span)).unwrap_or_default()
+    };
+    let water = water(film, &span).into_iter();
+    let plots: Vec<String> = water.chain(of_arm(torques)).chain(of_arm(tracking)).collect();
     if !plots.is_empty() {
         let _ = write!(text, "<div class=\"plots\">\n{}</div>\n", plots.concat());
     }
@@ -220,41 +224,58 @@ fn water(film: &Film, span: &Span) -> Option<String> {
     Some(card("Water in the twin", plot, &names))
 }
 
-/// Draws the torques that the joints felt.
-fn torques(arm: &str, span: &Span) -> Option<String> {
-    let table = Recording::read(arm, span)?;
-    lines("Torques of the joints", "torque", "N*m", &table, span, &|joint| {
-        table.column(&format!("tau_{joint}"))
-    })
+/// What is drawn of each joint: the drawing's title, the name of what is drawn, and its unit in SI.
+#[derive(Clone, Copy)]
+struct Drawing {
+    title: &'static str,
+    name: &'static str,
+    unit: &'static str,
+}
+
+/// Draws the torques that the joints felt, and the forces of those that slide.
+fn torques(arm: &Recording, span: &Span) -> Vec<String> {
+    let felt = |joint: usize| arm.column(&format!("tau_{joint}"));
+    let turning = Drawing { title: "Torques of the joints", name: "torque", unit: "N*m" };
+    let sliding = Drawing { title: "Forces of the joints that slide", name: "force", unit: "N" };
+    lines(arm, span, &felt, [turning, sliding])
 }
 
 /// Draws how far the joints were from where they were sent.
-fn tracking(arm: &str, span: &Span) -> Option<String> {
-    let table = Recording::read(arm, span)?;
-    lines("Behind the command", "behind", "rad", &table, span, &|joint| {
-        let sent = table.column(&format!("q_cmd_{joint}"))?;
-        let is = table.column(&format!("q_{joint}"))?;
+fn tracking(arm: &Recording, span: &Span) -> Vec<String> {
+    let behind = |joint: usize| {
+        let sent = arm.column(&format!("q_cmd_{joint}"))?;
+        let is = arm.column(&format!("q_{joint}"))?;
         Some(sent.into_iter().zip(is).map(|(sent, is)| sent - is).collect())
-    })
+    };
+    let turning = Drawing { title: "Behind the command", name: "behind", unit: "rad" };
+    let title = "Behind the command, joints that slide";
+    lines(arm, span, &behind, [turning, Drawing { title, name: "behind", unit: "m" }])
 }
 
-/// Draws a line for each joint.
+/// Draws a line for each joint: those that turn in one drawing, those that slide in another.
 fn lines(
-    title: &str,
-    name: &str,
-    unit: &str,
-    table: &Recording,
+    arm: &Recording,
     span: &Span,
     of: &dyn Fn(usize) -> Option<Vec<f64>>,
-) -> Option<String> {
-    let joints: Vec<Vec<f64>> = (1..).map_while(of).collect();
-    let mut plot = span.plot(name, unit, joints.iter().flatten().copied())?;
-    for (k, values) in joints.iter().enumerate() {
-        let points = table.times.iter().zip(values).map(|(t, value)| (t - span.begin, *value));
-        plot.line(points, COLOURS[k % COLOURS.len()], "");
-    }
-    let names: Vec<String> = (1..=joints.len()).map(|joint| format!("joint {joint}")).collect();
-    Some(card(title, plot, &names))
+    [turning, sliding]: [Drawing; 2],
+) -> Vec<String> {
+    let all = (1..).map_while(|joint| Some((joint, of(joint)?)));
+    let (slide, turn): (Vec<_>, Vec<_>) = all.partition(|(joint, _)| arm.slides(*joint));
+    let drawn = |joints: &[(usize, Vec<f64>)], drawing: Drawing| {
+        if joints.is_empty() {
+            return None;
+        }
+        let values = joints.iter().flat_map(|(_, values)| values);
+        let mut plot = span.plot(drawing.name, drawing.unit, values.copied())?;
+        let mut names = Vec::new();
+        for (k, (joint, values)) in joints.iter().enumerate() {
+            let points = arm.times.iter().zip(values).map(|(t, value)| (t - span.begin, *value));
+            plot.line(points, COLOURS[k % COLOURS.len()], "");
+            names.push(format!("joint {joint}"));
+        }
+        Some(card(drawing.title, plot, &names))
+    };
+    [drawn(&turn, turning), drawn(&slide, sliding)].into_iter().flatten().collect()
 }
 
 fn card(title: &str, plot: Plot, names: &[String]) -> String {
@@ -276,6 +297,8 @@ fn card(title: &str, plot: Plot, names: &[String]) -> String {
 /// Rows of `arm.csv` during the steps, at most [`MOMENTS`] of them.
 struct Recording {
     names: Vec<String>,
+    /// The headings of the positions of joints that slide, without units.
+    sliding: BTreeSet<String>,
     times: Vec<f64>,
     rows: Vec<Vec<f64>>,
 }
@@ -285,7 +308,10 @@ impl Recording {
     fn read(text: &str, span: &Span) -> Option<Self> {
         let mut lines = text.lines();
         let bare = |cell: &str| cell.split('[').next().unwrap_or_default().to_owned();
-        let names: Vec<String> = lines.next()?.split(',').map(bare).collect();
+        let headings = lines.next()?;
+        let names: Vec<String> = headings.split(',').map(bare).collect();
+        let in_m = headings.split(',').filter_map(|cell| cell.strip_suffix("[m]"));
+        let sliding = in_m.map(str::to_owned).collect();
         let during = |line: &&str| {
             let time = line.split(',').next().and_then(|cell| cell.parse::<f64>().ok());
             time.is_some_and(|time| (span.begin..=span.end).contains(&time))
@@ -298,11 +324,38 @@ impl Recording {
         };
         let rows: Vec<Vec<f64>> = during.iter().step_by(every).filter_map(row).collect();
         let times = rows.iter().map(|row| row[0]).collect();
-        (!rows.is_empty()).then_some(Self { names, times, rows })
+        (!rows.is_empty()).then_some(Self { names, sliding, times, rows })
+    }
+
+    /// Whether a joint, from 1, slides.
+    fn slides(&self, joint: usize) -> bool {
+        self.sliding.contains(&format!("q_{joint}"))
     }
 
     fn column(&self, name: &str) -> Option<Vec<f64>> {
         let at = self.names.iter().position(|column| column == name)?;
         Some(self.rows.iter().map(|row| row[at]).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joints_that_slide_have_drawings_of_their_own_in_mm_and_newtons() {
+        let span = Span { begin: 0.0, end: 1.0, steps: vec![(1, 0.0, 1.0)] };
+        let text = "t[s],q_cmd_1[rad],q_cmd_2[m],q_1[rad],q_2[m],tau_1[N*m],tau_2[N]\n\
+                    0,0.1,0.2,0.1,0.2,1,20\n0.5,0.2,0.3,0.19,0.299,2,30\n";
+        let arm = Recording::read(text, &span).unwrap();
+        let [turning, sliding] = &tracking(&arm, &span)[..] else { panic!("two drawings") };
+        assert!(turning.contains("joint 1") && !turning.contains("joint 2"), "{turning}");
+        assert!(turning.contains("(deg)") && sliding.contains("(mm)"), "{sliding}");
+        assert!(sliding.contains("joint 2") && sliding.contains("that slide"), "{sliding}");
+        let [_, forces] = &torques(&arm, &span)[..] else { panic!("two drawings") };
+        assert!(forces.contains("(N)") && forces.contains("joint 2"), "{forces}");
+        // Of an arm without any there is none.
+        let turns = text.replace("[m]", "[rad]").replace("tau_2[N]", "tau_2[N*m]");
+        assert_eq!(tracking(&Recording::read(&turns, &span).unwrap(), &span).len(), 1);
     }
 }

@@ -204,6 +204,33 @@ fn its_values_are_those_of_the_run() {
     assert!((log.time(0) - step.interval_s[0]).abs() < 1e-9);
 }
 
+/// A rail's way was drawn among angles, as rad.
+#[test]
+fn a_joint_that_slides_is_in_m() {
+    let scratch = Scratch::new("export-rrd-rail");
+    with_rows(&scratch);
+    let rows = "t[s],q_cmd_1[rad],q_cmd_2[m],q_1[rad],q_2[m],dq_1[rad/s],dq_2[m/s],tau_1[N*m],tau_2[N]\n\
+                0,1,0.2,1,0.25,0,0.1,2,30\n0.01,1,0.2,1,0.3,0,0.1,2,30\n";
+    scratch.file(&format!("{RUN}/arm.csv"), rows);
+    let said = scratch.trueup(&["export", RUN, "--rrd", "run.rrd"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    let file = File::read(&fs::read(scratch.path("run.rrd")).unwrap());
+    for (entity, joint, value) in [
+        ("/joints/position_rad", "joint_1", 1.0),
+        ("/joints/position_m", "joint_2", 0.3),
+        ("/joints/velocity_m_per_s", "joint_2", 0.1),
+        ("/joints/torque_Nm", "joint_1", 2.0),
+        ("/joints/force_N", "joint_2", 30.0),
+        ("/joints/command_m", "joint_2", 0.2),
+    ] {
+        let names = file.one(entity, true).items("SeriesLines:names", 0);
+        assert_eq!(names.as_string::<i32>().iter().flatten().collect::<Vec<_>>(), [joint]);
+        let shown = file.one(entity, false).items("Scalars:scalars", 1);
+        let shown = shown.as_primitive::<Float64Type>().values();
+        assert!(shown.len() == 1 && (shown[0] - value).abs() < 1e-12, "{entity}: {shown:?}");
+    }
+}
+
 /// 1 and 0 as measured, NaN where nobody knows.
 fn fluents_are_as_in(file: &File, run: &trueup::workcell::Run) {
     let names = file.one("/fluents/measured", true).items("SeriesLines:names", 0);

@@ -62,10 +62,15 @@ pub(super) fn states(model: &Model, channel: &Channel) -> Vec<(String, &'static 
             found.push((name, unit, model.course.at_rows(values, joint)));
         };
         let of = |what: &str| format!("{what}_{}", joint + 1);
-        add(of("q"), "rad", &plant.q);
-        add(of("dq"), "rad/s", &plant.dq);
-        add(of("ddq"), "rad/s^2", &plant.ddq);
-        add(wording::load_at(joint), "N*m", &plant.bias);
+        let [way, speed, acceleration, load] = if model.arm.chain.slides(joint) {
+            ["m", "m/s", "m/s^2", "N"]
+        } else {
+            ["rad", "rad/s", "rad/s^2", "N*m"]
+        };
+        add(of("q"), way, &plant.q);
+        add(of("dq"), speed, &plant.dq);
+        add(of("ddq"), acceleration, &plant.ddq);
+        add(wording::load_at(joint), load, &plant.bias);
     }
     found
 }

@@ -202,6 +202,11 @@ impl Chain {
         self.bodies.len()
     }
 
+    /// Returns whether a joint slides; what is not there does not.
+    pub fn slides(&self, joint: usize) -> bool {
+        self.bodies.get(joint).is_some_and(|body| body.slides)
+    }
+
     /// Returns how far the tip is from the base at most, m.
     pub fn reach(&self) -> f64 {
         let joints = self.bodies.iter().map(|body| body.parent_from_body.translation.vector.norm());

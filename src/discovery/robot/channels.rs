@@ -12,11 +12,11 @@ use super::rows;
 /// What a channel measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
-    /// Joint positions as the encoders read them, rad.
+    /// Joint positions as the encoders read them, rad; m of a joint that slides.
     Position,
-    /// Joint speeds, rad/s.
+    /// Joint speeds, rad/s or m/s.
     Speed,
-    /// Joint torques, N·m.
+    /// Joint torques, N·m, or forces, N.
     Torque,
     /// The tip in the base's frame as a tracker sees it, m.
     Tip,
@@ -33,13 +33,15 @@ impl Quantity {
         }
     }
 
-    /// Returns the SI unit.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Position => "rad",
-            Self::Speed => "rad/s",
-            Self::Torque => "N*m",
-            Self::Tip => "m",
+    /// Returns the SI unit, of a joint that slides or of one that turns.
+    pub fn unit(self, slides: bool) -> &'static str {
+        match (self, slides) {
+            (Self::Position, false) => "rad",
+            (Self::Position, true) | (Self::Tip, _) => "m",
+            (Self::Speed, false) => "rad/s",
+            (Self::Speed, true) => "m/s",
+            (Self::Torque, false) => "N*m",
+            (Self::Torque, true) => "N",
         }
     }
 }

@@ -141,18 +141,21 @@ pub enum Misfit {
     },
     /// A joint is where it cannot be.
     #[error(
-        "`{column}` goes to {} rad, but {joint} turns from {} to {} rad",
-        significant(*.to, 3), significant(.limits[0], 3), significant(.limits[1], 3)
+        "`{column}` goes to {} {unit}, but {joint} {} from {} to {} {unit}", significant(*.to, 3),
+        if *.unit == "m" { "slides" } else { "turns" },
+        significant(.limits[0], 3), significant(.limits[1], 3)
     )]
     BeyondLimits {
         /// The column.
         column: String,
         /// The joint by its name.
         joint: String,
-        /// Furthest angle, rad.
+        /// Furthest angle, rad; way of a joint that slides, m.
         to: f64,
-        /// What it may be, rad.
+        /// What it may be, rad or m.
         limits: [f64; 2],
+        /// Which of the two.
+        unit: &'static str,
     },
     /// The tip goes further than the arm is long.
     #[error(

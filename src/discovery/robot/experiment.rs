@@ -66,7 +66,9 @@ pub fn settle(
         }
     }
     let (differs, commands) = best?;
-    (differs > TOLD_APART).then(|| Experiment { csv: csv(&commands), separation: differs.sqrt() })
+    let slides: Vec<bool> = (0..commands.len()).map(|j| like.arm.chain.slides(j)).collect();
+    let separation = differs.sqrt();
+    (differs > TOLD_APART).then(|| Experiment { csv: csv(&commands, &slides), separation })
 }
 
 /// Draws a motion, one list of rows per joint, rad.
@@ -157,10 +159,12 @@ fn difference(like: &Model, commands: &[Vec<f64>], rivals: [&Hypothesis<Term>; 2
     Some(left_after(&columns, &apart).unwrap_or_else(|| sum_of_squares(&apart)))
 }
 
-fn csv(commands: &[Vec<f64>]) -> String {
+/// Writes commands as a table; `slides` says which joints are in m.
+fn csv(commands: &[Vec<f64>], slides: &[bool]) -> String {
     let mut text = "t[s]".to_owned();
-    for joint in 1..=commands.len() {
-        let _ = write!(text, ",q_cmd_{joint}[rad]");
+    for (joint, slides) in slides.iter().enumerate() {
+        let unit = if *slides { "m" } else { "rad" };
+        let _ = write!(text, ",q_cmd_{}[{unit}]", joint + 1);
     }
     text.push('\n');
     for row in 0..commands.first().map_or(0, Vec::len) {
@@ -177,6 +181,12 @@ fn csv(commands: &[Vec<f64>]) -> String {
 mod tests {
     use super::*;
     use crate::motion::Robot;
+
+    #[test]
+    fn a_joint_that_slides_is_sent_in_m() {
+        let text = csv(&[vec![0.1], vec![0.2]], &[false, true]);
+        assert_eq!(text.lines().next(), Some("t[s],q_cmd_1[rad],q_cmd_2[m]"));
+    }
 
     #[test]
     fn motions_stay_within_range_and_speed_and_begin_and_end_at_rest() {

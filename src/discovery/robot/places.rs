@@ -35,7 +35,7 @@ pub(super) fn places(gap: &ArmGap, terms: &[Term], parameters: &[f64]) -> Vec<fi
             let square = sum_of_squares(part);
             let entry = sums.entry((channel.quantity, channel.index)).or_insert_with(|| {
                 let sum = Sum {
-                    unit: channel.quantity.unit(),
+                    unit: model.unit(channel),
                     square: 0.0,
                     noise: channel.noise,
                     excess: 0.0,

@@ -76,7 +76,7 @@ pub(super) fn check(
     if data.commands.iter().map(Vec::as_slice).chain(measured).any(moves) {
         fine_enough(data, name)?;
     }
-    within_limits(limits, data, name)?;
+    within_limits(arm, limits, data, name)?;
     within_reach(arm, data, name)
 }
 
@@ -160,7 +160,7 @@ pub(super) fn check_at_rest(
     data: &Data,
     name: &str,
 ) -> Result<(), Error> {
-    within_limits(limits, data, name)?;
+    within_limits(arm, limits, data, name)?;
     within_reach(arm, data, name)
 }
 
@@ -197,7 +197,7 @@ fn agree(first: &[Vec<f64>], second: &[Vec<f64>], pair: Pair, place: &str) -> Re
 }
 
 /// A joint with limits cannot be far beyond them, whatever whole turn its angle is written in.
-fn within_limits(limits: &[JointLimits], data: &Data, name: &str) -> Result<(), Error> {
+fn within_limits(arm: &Arm, limits: &[JointLimits], data: &Data, name: &str) -> Result<(), Error> {
     use std::f64::consts::TAU;
     let names = ["q_cmd", "q"];
     for (j, joint) in limits.iter().enumerate().take(data.n) {
@@ -210,7 +210,13 @@ fn within_limits(limits: &[JointLimits], data: &Data, name: &str) -> Result<(), 
             let Some(values) = values else { continue };
             let (low, high) =
                 values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
-            let turn = ((low + high - joint.lower - joint.upper) / (2.0 * TAU)).round() * TAU;
+            let slides = arm.chain.slides(j);
+            // A way has no whole turns.
+            let turn = if slides {
+                0.0
+            } else {
+                ((low + high - joint.lower - joint.upper) / (2.0 * TAU)).round() * TAU
+            };
             let spare = BEYOND.0 * range + BEYOND.1;
             let furthest = (high - turn - joint.upper).max(joint.lower - low + turn);
             if furthest > spare {
@@ -218,7 +224,9 @@ fn within_limits(limits: &[JointLimits], data: &Data, name: &str) -> Result<(), 
                 let column = format!("{stem}_{}", j + 1);
                 let place = format!("{name}, column `{column}`");
                 let (limits, joint) = ([joint.lower, joint.upper], joint.name.clone());
-                return Err(Misfit::BeyondLimits { column, joint, to: worst, limits }.at(place));
+                let unit = Quantity::Position.unit(slides);
+                let beyond = Misfit::BeyondLimits { column, joint, to: worst, limits, unit };
+                return Err(beyond.at(place));
             }
         }
     }

@@ -31,7 +31,7 @@ pub(super) fn traces(
                 against: against(model, channel, &after),
                 recording: (*name).to_owned(),
                 channel: channel.name.clone(),
-                unit: channel.quantity.unit().to_owned(),
+                unit: model.unit(channel).to_owned(),
                 noise: channel.noise,
                 sigma: vec![channel.noise; after.len()],
                 held_out: vec![held_out; after.len()],
@@ -109,7 +109,7 @@ impl Shows for ArmGap {
             let channels = by_channel(&with, model).unwrap_or_default();
             let left = move |(channel, values): (&Channel, Vec<f64>)| Left {
                 channel: channel.name.clone(),
-                unit: channel.quantity.unit().to_owned(),
+                unit: model.unit(channel).to_owned(),
                 noise: channel.noise,
                 held_out: vec![held_out; values.len()],
                 values,

@@ -2,18 +2,22 @@
 
 use super::Error;
 
-/// The recording of an arm: the columns' names, without units, and its rows in SI.
+/// The recording of an arm: the columns' headings, `q_1[rad]`, and its rows in SI.
 pub(super) struct Rows {
-    names: Vec<String>,
+    headings: Vec<String>,
     pub(super) rows: Vec<Vec<f64>>,
+}
+
+/// Returns the name of a column without its unit.
+fn name(heading: &str) -> &str {
+    heading.split('[').next().unwrap_or_default()
 }
 
 impl Rows {
     /// Reads a run's `arm.csv`; none of an empty text.
     pub(super) fn read(text: &str) -> Result<Self, Error> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
-        let name = |header: &str| header.split('[').next().unwrap_or_default().to_owned();
-        let names = reader.headers()?.iter().map(name).collect();
+        let headings = reader.headers()?.iter().map(str::to_owned).collect();
         let mut rows = Vec::new();
         for (n, record) in reader.records().enumerate() {
             let number = |text: &str| {
@@ -21,18 +25,24 @@ impl Rows {
             };
             rows.push(record?.iter().map(number).collect::<Result<Vec<f64>, _>>()?);
         }
-        Ok(Self { names, rows })
+        Ok(Self { headings, rows })
     }
 
     /// Returns the places of `stem_1`, `stem_2`, … among the columns.
     pub(super) fn group(&self, stem: &str) -> Vec<usize> {
-        let at = |n: usize| self.names.iter().position(|name| *name == format!("{stem}_{n}"));
-        (1..).map_while(at).collect()
+        (1..).map_while(|n| self.column(&format!("{stem}_{n}"))).collect()
     }
 
     /// Returns the place of a column.
-    pub(super) fn column(&self, name: &str) -> Option<usize> {
-        self.names.iter().position(|known| known == name)
+    pub(super) fn column(&self, wanted: &str) -> Option<usize> {
+        self.headings.iter().position(|heading| name(heading) == wanted)
+    }
+
+    /// Returns whether a column is in a unit, as its heading says.
+    #[cfg(feature = "arrow")]
+    pub(super) fn is_in(&self, place: usize, unit: &str) -> bool {
+        let heading = self.headings.get(place).map_or("", String::as_str);
+        heading.split_once('[').is_some_and(|(_, rest)| rest.strip_suffix(']') == Some(unit))
     }
 }
 

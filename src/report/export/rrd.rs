@@ -32,7 +32,8 @@ Where a line breaks off, the value is unknown.
 
 | entity | what |
 |---|---|
-| `/joints/position_rad`, `velocity_rad_per_s`, `torque_Nm`, `command_rad` | the joints, base first, as the arm reports them |
+| `/joints/position_rad`, `velocity_rad_per_s`, `torque_Nm`, `command_rad` | the joints that turn, base first, as the arm reports them |
+| `/joints/position_m`, `velocity_m_per_s`, `force_N`, `command_m` | the joints that slide, where the arm has any |
 | `/gripper/opening_m`, `/scale/mass_kg` | between the finger pads; on the scale |
 | `/scene/measured/…`, `/scene/twin/…` | tool and things after each step, as measured and in the twin |
 | `/scene/arm`, `/scene/arm/…` | the arm as a line from base to tool, and its links |
@@ -200,16 +201,20 @@ fn in_order<T>(mut timed: Timed<T>) -> (Vec<i64>, Vec<T>) {
 /// The arm's recording.
 fn joints(arm: &Rows, file: &mut Writer) -> Result<(), Error> {
     let groups = [
-        ("q", "/joints/position_rad"),
-        ("dq", "/joints/velocity_rad_per_s"),
-        ("tau", "/joints/torque_Nm"),
-        ("q_cmd", "/joints/command_rad"),
+        ("q", "/joints/position_rad", ("m", "/joints/position_m")),
+        ("dq", "/joints/velocity_rad_per_s", ("m/s", "/joints/velocity_m_per_s")),
+        ("tau", "/joints/torque_Nm", ("N", "/joints/force_N")),
+        ("q_cmd", "/joints/command_rad", ("m", "/joints/command_m")),
     ];
-    for (stem, entity) in groups {
-        let places = arm.group(stem);
-        let names: Vec<String> = (1..=places.len()).map(|n| format!("joint_{n}")).collect();
-        let rows = arm.rows.iter().map(|row| (rows::time(row), rows::values(row, &places)));
-        file.lines(entity, &names, rows.collect(), None)?;
+    for (stem, turning, (unit, sliding)) in groups {
+        let all = arm.group(stem).into_iter().zip(1_usize..);
+        let (slide, turn): (Vec<_>, Vec<_>) = all.partition(|(place, _)| arm.is_in(*place, unit));
+        for (entity, joints) in [(turning, turn), (sliding, slide)] {
+            let (places, numbers): (Vec<usize>, Vec<usize>) = joints.into_iter().unzip();
+            let names: Vec<String> = numbers.iter().map(|n| format!("joint_{n}")).collect();
+            let rows = arm.rows.iter().map(|row| (rows::time(row), rows::values(row, &places)));
+            file.lines(entity, &names, rows.collect(), None)?;
+        }
     }
     for (column, entity) in [("gripper", "/gripper/opening_m"), ("mass", "/scale/mass_kg")] {
         let Some(place) = arm.column(column) else { continue };

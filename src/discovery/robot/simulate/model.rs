@@ -1,6 +1,7 @@
 //! What is simulated: an arm with its effects, a motion, and the grid it is computed on.
 
 use super::super::chain::MOST_JOINTS;
+use super::super::channels::Channel;
 use super::super::load::Load;
 use super::super::plant::{Arm, Course, Plant};
 use super::super::term::Term;
@@ -26,6 +27,13 @@ pub struct Model {
     pub loads: Vec<Load>,
     /// Torque that took, as far as it is known, by grid point; empty if nothing was carried.
     pub(super) carried: Vec<f64>,
+}
+
+impl Model {
+    /// Returns the SI unit of a channel.
+    pub fn unit(&self, channel: &Channel) -> &'static str {
+        channel.quantity.unit(self.arm.chain.slides(channel.index))
+    }
 }
 
 /// A motion and what moved it.
