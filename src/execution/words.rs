@@ -343,7 +343,7 @@ fn bind_lines(engine: &mut Engine) {
              least: Dynamic,
              speed: Dynamic| {
                 let by = within("raise", "the way up", &by, WAY)?;
-                let least = number("raise", "the least way up", &least)?;
+                let least = number("raise", "the least", &least)?;
                 let speed = within("raise", "the speed", &speed, SPEED)?;
                 let does = wording::moves_straight([0.0, 0.0, by], speed);
                 arm.acts(&at, does)?.raise(by, least, speed).map_err(raise)
