@@ -1,7 +1,7 @@
 //! What the joints carry in a rehearsal, beside what the robot's file says that they may.
 //!
 //! The twin knows the masses, so a plan that no motor could carry out is refused before the arm moves. Judged is a mean: what a
-//! servo or a touch adds for a moment is no load, and what pushes on the hand from outside counts only where it bears a part of it.
+//! servo or a touch adds for a moment is no load, and what pushes on the hand from outside is left out.
 
 use std::collections::VecDeque;
 use std::sync::{MutexGuard, PoisonError};
@@ -48,7 +48,7 @@ struct Allowed {
 impl Meter {
     /// Watches a twin from how it stands now.
     pub(super) fn new(twin: SharedTwin, robot: &Robot) -> Self {
-        let strain = Strain::new(robot, &borne(&lock(&twin)));
+        let strain = Strain::new(robot, &lock(&twin).torques_carried());
         Self { twin, strain }
     }
 
@@ -62,16 +62,9 @@ impl Observer for Meter {
     fn event(&mut self, event: &Event) {
         let Event::Tick(feedback) = event else { return };
         let Self { twin, strain } = self;
-        let carried = borne(&lock(twin));
+        let carried = lock(twin).torques_carried();
         strain.add(feedback.time, carried, || lock(twin).state().held);
     }
-}
-
-/// Returns what each joint bears, N·m or N: what it takes to carry all that is in the hand, or what is felt where that is less, since
-/// what stands on something is not carried.
-fn borne(twin: &Twin) -> Vec<f64> {
-    let both = twin.torques_carried().into_iter().zip(twin.torques_felt());
-    both.map(|(carried, felt)| if felt.abs() < carried.abs() { felt } else { carried }).collect()
 }
 
 fn lock(twin: &SharedTwin) -> MutexGuard<'_, Twin> {
