@@ -57,6 +57,14 @@ impl<P: Plant> Plant for Paced<P> {
         self.plant.refresh()
     }
 
+    fn is_lost(&self) -> bool {
+        self.plant.is_lost()
+    }
+
+    fn fingers_begin_within(&self) -> f64 {
+        self.plant.fingers_begin_within()
+    }
+
     fn most_behind(&self) -> Option<f64> {
         self.plant.most_behind()
     }

@@ -225,11 +225,11 @@ impl Link {
     fn exchange(&mut self, request: &Request, within: f64) -> Result<Vec<u8>, Error> {
         let word = request.word();
         // What somebody wished to stop is to be stopped.
-        let is_heeded = !matches!(request, Request::Stop {});
-        self.catch_up(word, within, is_heeded)?;
+        let may_end = !matches!(request, Request::Stop {});
+        self.catch_up(word, within, may_end)?;
         self.is_alone()?;
         self.send(request, within)?;
-        let line = self.line(word, within, is_heeded);
+        let line = self.line(word, within, may_end);
         if matches!(line, Err(Error::Interrupted { .. })) {
             // The answer comes later, and then the arm is stopped.
             self.owed += 1;
@@ -241,9 +241,9 @@ impl Link {
     }
 
     /// Lets pass what was not waited for to the end.
-    fn catch_up(&mut self, word: &'static str, within: f64, is_heeded: bool) -> Result<(), Error> {
+    fn catch_up(&mut self, word: &'static str, within: f64, may_end: bool) -> Result<(), Error> {
         while self.owed > 0 {
-            self.line(word, within, is_heeded)?;
+            self.line(word, within, may_end)?;
             self.owed -= 1;
         }
         Ok(())
@@ -280,12 +280,12 @@ impl Link {
         self.stream.write_all(&line).map_err(|error| broken(&error))
     }
 
-    /// Waits for a line; not much longer once somebody wishes to stop, if that is heeded.
+    /// Waits for a line; not much longer once somebody wishes to stop, if it `may_end`.
     #[expect(
         clippy::disallowed_methods,
         reason = "how long an answer may take is measured against the wall"
     )]
-    fn line(&mut self, word: &'static str, within: f64, is_heeded: bool) -> Result<Vec<u8>, Error> {
+    fn line(&mut self, word: &'static str, within: f64, may_end: bool) -> Result<Vec<u8>, Error> {
         let broken =
             |error: std::io::Error| Error::Broken { request: word, why: error.to_string() };
         let end = Instant::now() + Duration::from_secs_f64(within);
@@ -306,7 +306,7 @@ impl Link {
             if left.is_zero() {
                 return Err(Error::Silent { request: word, within_s: within });
             }
-            if is_heeded && self.cancel.is_cancelled() {
+            if may_end && self.cancel.is_cancelled() {
                 let since = *wished.get_or_insert(now);
                 if now.duration_since(since).as_secs_f64() > WISH_S {
                     return Err(Error::Interrupted { request: word });

@@ -178,7 +178,7 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
 /// Says of a picture without colour that it has none.
 pub(super) fn note_colour(look: &vision::Look<'_>, style: Style) {
     if !look.has_colour() {
-        style.note(report::NO_COLOUR);
+        style.note(vision::NO_COLOUR);
     }
 }
 

@@ -272,8 +272,8 @@ fn stands(told: &Feedback, passed: f64) -> String {
     )
 }
 
-/// Connects to a reality behind a bridge, lets a moment pass, takes a picture and weighs; of camera and scales that have an address of their own nothing is
-/// said here.
+/// Connects to a reality behind a bridge, lets a moment pass, takes a picture and weighs; of camera and scales that have an
+/// address of their own nothing is said here.
 fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure> {
     let (mut joints, mut says) = (0, String::new());
     let (mut picture, mut weighing) = (None, None);

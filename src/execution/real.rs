@@ -229,7 +229,7 @@ impl Body for RealBody {
         if let Ok(mut watcher) = self.watcher.lock() {
             watcher.event(&picture);
             if !has_colour {
-                watcher.event(&Event::note(wording::no_colour()));
+                watcher.event(&Event::note(vision::NO_COLOUR));
             }
             for sighting in &sightings {
                 watcher.event(&Event::note(wording::seen(sighting)));

@@ -372,12 +372,6 @@ pub(super) fn twin_failed(error: impl Display) -> String {
     format!("the twin cannot be stepped: {error}")
 }
 
-/// A camera image has no colour.
-pub(super) fn no_colour() -> String {
-    "the camera image has no colour: things of one form are not told apart, and what no scene declares is not noticed"
-        .to_owned()
-}
-
 /// Nothing can be seen in a camera image.
 pub(super) fn image_of_no_use(error: impl Display) -> String {
     format!("the camera image cannot be used: {error}")

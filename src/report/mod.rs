@@ -45,7 +45,7 @@ use std::sync::OnceLock;
 use serde_json::{Value, json};
 
 pub use failure::{Failure, cell_failure, problems_failure, text_failure};
-pub use seen::{NO_COLOUR, measured, others_masks, segments, sighting, whose_mask};
+pub use seen::{measured, others_masks, segments, sighting, whose_mask};
 
 use crate::language::ast::Param;
 use crate::language::{self, Diagnostic, Source};

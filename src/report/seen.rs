@@ -8,9 +8,6 @@ use crate::alignment::segment::{By, Segment};
 use crate::alignment::vision::{MaskIs, Sighting};
 use crate::world::Shape;
 
-/// What is said of a picture in which there is no colour.
-pub const NO_COLOUR: &str = "the picture has no colour: things of one form are not told apart, and what no scene declares is not noticed";
-
 /// Words one thing: where it stands and how probable that is; or why it is not found, and the likeliest place.
 pub fn sighting(seen: &Sighting) -> String {
     if let Some(pose) = seen.world_from_object {

@@ -68,8 +68,6 @@ pub struct Worth {
     pub spilt: f64,
     /// How far it came, from 0 to 1.
     pub progress: f64,
-    /// Whether it failed only since a joint would carry too much.
-    pub overloaded: bool,
     /// Arm time it took, s.
     pub time: f64,
 }
@@ -82,12 +80,7 @@ impl Worth {
 
     /// Returns one number to sort by, less is better: success, then spill, then time.
     fn cost(&self) -> f64 {
-        // Of plans that come as far the one that does all, but for its load, says most of what stands in the way.
-        let failed = match (self.success, self.overloaded) {
-            (true, _) => 0.0,
-            (false, false) => 1e6 * (2.0 - self.progress),
-            (false, true) => 1e6 * (2.0 - self.progress) - 1e4,
-        };
+        let failed = if self.success { 0.0 } else { 1e6 * (2.0 - self.progress) };
         // A millilitre on the table is worth a quarter of a minute.
         failed + self.spilt * 1e6 * 15.0 + self.time
     }
@@ -270,13 +263,10 @@ impl Rehearsals<'_> {
         }
         let state = scripts.context().state()?;
         let planned = candidate.pg.steps.len().saturating_sub(candidate.from).max(1);
-        let last = steps.last().and_then(|step| step.failure.as_ref());
-        let overloaded = last.is_some_and(|failure| matches!(failure.cause, Cause::Overloaded(_)));
         let worth = Worth {
             success,
             spilt: state.spilt.unwrap_or(0.0),
             progress: steps.len() as f64 / planned as f64,
-            overloaded,
             time: state.time - self.state.time,
         };
         let log = scripts.context().log().clone();

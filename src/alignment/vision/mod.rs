@@ -45,6 +45,7 @@ pub use look::Look;
 pub use stop::Asks;
 pub use unexplained::Unexplained;
 pub use verify::verify;
+pub use wording::NO_COLOUR;
 
 /// Why a picture could not be used at all. An object that is not found is an answer, not an error.
 #[derive(Debug, Clone, PartialEq, ThisError)]

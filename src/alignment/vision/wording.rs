@@ -39,6 +39,9 @@ pub(super) fn is_something_else(at: &Candidate) -> String {
     )
 }
 
+/// What is said of a picture in which there is no colour.
+pub const NO_COLOUR: &str = "the picture has no colour: things of one form are not told apart, and what no scene declares is not noticed";
+
 /// It differs from these by its colour alone, and the picture has none.
 pub(super) fn only_colour_tells(others: &[&str]) -> String {
     let others: Vec<String> = others.iter().map(|name| format!("`{name}`")).collect();
