@@ -107,12 +107,12 @@ mod tests {
 
     #[test]
     fn a_line_that_was_cut_short_costs_itself_alone() {
-        let path = std::env::temp_dir().join(format!("trueup-lines-{}", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lines.jsonl");
         fs::write(&path, "1\n{\"cut").unwrap();
         append(&path, &2).unwrap();
         append(&path, &3).unwrap();
         let read = read::<u32>(&path).unwrap();
-        fs::remove_file(&path).unwrap();
         assert_eq!(read, (vec![1, 2, 3], 1));
     }
 }

@@ -286,16 +286,16 @@ fn real(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
 
-    fn folder(name: &str) -> PathBuf {
-        let dir = std::env::temp_dir().join(format!("trueup-edits-{}-{name}", std::process::id()));
-        let _ = fs::remove_dir_all(&dir);
-        fs::create_dir_all(&dir).unwrap();
-        dir
+    /// Returns a folder that is removed with what it is returned with, and its path.
+    fn folder() -> (tempfile::TempDir, PathBuf) {
+        let kept = tempfile::tempdir().unwrap();
+        let path = kept.path().to_path_buf();
+        (kept, path)
     }
 
     #[test]
     fn changes_are_undone_last_first_also_at_another_prompt() {
-        let home = folder("order");
+        let (_kept, home) = folder();
         let path = home.join("model.task");
         for kept in [Some(home.as_path()), None] {
             let prompt = || Edits::in_folder(kept, Some(home.clone()));
@@ -332,7 +332,7 @@ mod tests {
     /// Two prompts in two folders: one took back the script that the other had saved, and the script was gone.
     #[test]
     fn the_change_of_another_folder_is_told_and_left() {
-        let home = folder("folders");
+        let (_kept, home) = folder();
         let (here, there) = (home.join("here"), home.join("there"));
         fs::create_dir(&here).unwrap();
         fs::create_dir(&there).unwrap();
@@ -366,7 +366,7 @@ mod tests {
 
     #[test]
     fn a_file_that_someone_else_changed_is_left_alone_and_bars_nothing() {
-        let home = folder("foreign");
+        let (_kept, home) = folder();
         let (mine, other) = (home.join("mine"), home.join("other"));
         let mut edits = Edits::in_folder(Some(&home), Some(home.clone()));
         fs::write(&other, "b").unwrap();
@@ -382,7 +382,7 @@ mod tests {
 
     #[test]
     fn the_list_does_not_grow_for_ever() {
-        let home = folder("most");
+        let (_kept, home) = folder();
         let mut edits = Edits::in_folder(Some(&home), Some(home.clone()));
         for i in 0..MOST + 5 {
             edits.made(":save", &home.join("f"), None, &i.to_string());
