@@ -222,6 +222,12 @@ impl<'a> CollisionWorld<'a> {
         self.refresh();
     }
 
+    /// Stops checking parts of the robot against each other: where only what stands around it is asked for.
+    pub fn ignore_itself(&mut self) {
+        self.pairs.clear();
+        self.refresh();
+    }
+
     /// As [`Self::ignore`], for the whole gripper: everything at and beyond the flange.
     pub fn ignore_gripper(&mut self, obstacle: &str) {
         for name in self.gripper() {

@@ -28,7 +28,7 @@ const KEPT: usize = 8;
 /// 55 mm more it would be over whatever is lower than 110 mm.
 const UNDER_PALM: f64 = 0.0175;
 /// A hand that points down more steeply than this, rad, is lowest at its fingertips; so much is left between them and
-/// the table, m.
+/// what the thing stands on, m.
 const STEEP: f64 = std::f64::consts::FRAC_PI_4;
 const UNDER_TIPS: f64 = 0.005;
 /// So many joint positions of one hand pose are tried, nearest first. Chosen: there are up to eight for each of the 25
@@ -144,11 +144,11 @@ impl Planner {
         }
         let mut dropped = Dropped::new();
         let mut ways: Vec<Lifted> = Vec::new();
-        let lowest = self.lowest(pitch);
+        let lowest = self.lowest(pitch, pose.origin().z);
         let ahead = self.robot().fingers_ahead().unwrap_or(0.0);
         // Above the middle, where there is room for the wrist below and the lip stays free.
         'looking: for share in grip::shares_up(&object.shape) {
-            let height = (share * object.shape.height()).max(lowest - pose.origin().z);
+            let height = (share * object.shape.height()).max(lowest);
             let grips = grip::at_height(&object.shape, height, pitch, ahead);
             dropped.too_wide(grips.iter().map(|grip| grip.width).filter(|width| !fits(*width)));
             for grip in grips.iter().filter(|grip| fits(grip.width)) {
@@ -226,13 +226,14 @@ impl Planner {
         Ok(kept)
     }
 
-    /// Returns the lowest that the tool may be over the table with the hand pitched down by `pitch` rad, m.
-    pub(super) fn lowest(&self, pitch: f64) -> f64 {
+    /// Returns the lowest that the tool may be over the foot of a thing, which is `foot` m over the table, with the hand pitched down
+    /// by `pitch` rad, m. The palm of a level hand is over the table; fingertips from above are over what the thing stands on.
+    pub(super) fn lowest(&self, pitch: f64, foot: f64) -> f64 {
         let robot = self.robot();
         if pitch < STEEP {
-            robot.palm().map_or(0.0, |palm| palm.half_height) + UNDER_PALM
+            robot.palm().map_or(0.0, |palm| palm.half_height) + UNDER_PALM - foot
         } else {
-            robot.fingers_ahead().unwrap_or(0.0) + UNDER_TIPS
+            robot.fingers_ahead().unwrap_or(0.0) + UNDER_TIPS - foot.min(0.0)
         }
     }
 

@@ -110,8 +110,9 @@ struct Around<'w> {
     held: CollisionWorld<'w>,
     /// On the way out, without it.
     empty: CollisionWorld<'w>,
-    /// By the hand at the very end of a way down into a vessel.
-    beside: Option<CollisionWorld<'w>>,
+    /// At the very end of a way down into a vessel: what stands around the hand, which keeps [`AT_WALLS`] from it, and the arm
+    /// alone, whose own parts may be nearer to each other than that.
+    beside: Option<[CollisionWorld<'w>; 2]>,
 }
 
 impl Around<'_> {
@@ -121,9 +122,10 @@ impl Around<'_> {
         let out = &way_out[MEANT.min(way_out.len())..];
         let mut is_clear =
             |world, way, room| Planner::clear_by(world, way, room, dropped).is_some();
-        self.beside.as_ref().is_none_or(|beside| is_clear(beside, low, AT_WALLS))
-            && is_clear(&self.held, high, 0.0)
-            && is_clear(&self.empty, out, 0.0)
+        let is_clear_of_walls = self.beside.as_ref().is_none_or(|[beside, alone]| {
+            is_clear(beside, low, AT_WALLS) && is_clear(alone, low, 0.0)
+        });
+        is_clear_of_walls && is_clear(&self.held, high, 0.0) && is_clear(&self.empty, out, 0.0)
     }
 }
 
@@ -168,7 +170,7 @@ impl Planner {
         let around = Around {
             held: self.obstacles_around(&[], vessel, self.state.opening),
             empty: self.obstacles_around(&[o], vessel, self.robot().max_opening()),
-            beside: vessel.map(|vessel| self.beside_hand(o, vessel)),
+            beside: vessel.map(|vessel| [self.beside_hand(o, vessel), self.alone()]),
         };
         let object_from_tool = tool_from_object.inverse();
         let ahead = object_from_tool.axis(2);
@@ -426,6 +428,7 @@ impl Planner {
     fn beside_hand(&self, o: &str, vessel: &str) -> CollisionWorld<'_> {
         let mut world = self.obstacles_around(&[o, vessel], None, self.state.opening);
         world.remove(TABLE);
+        world.ignore_itself();
         let object = self.cell.scene.object(vessel);
         let known = self.state.object(vessel).and_then(|state| state.world_from_object);
         if let (Some(object), Some(pose)) = (object, known) {
@@ -434,6 +437,13 @@ impl Planner {
                 world.add(&Obstacle::new(vessel, solid, pose.isometry() * at));
             }
         }
+        world
+    }
+
+    /// Returns the arm among nothing, its jaws as they are.
+    fn alone(&self) -> CollisionWorld<'_> {
+        let mut world = CollisionWorld::new(self.robot());
+        world.set_opening(self.state.opening);
         world
     }
 

@@ -36,7 +36,7 @@ impl Planner {
         let shape = self.cell.scene.object(o).map(|object| &object.shape);
         let height = shape.map_or(UNKNOWN_HEIGHT, crate::world::Shape::height);
         let level = [TAKEN_AT * height, height + POURED_OVER].map(|up| (up, 0.0));
-        let lowest = self.lowest(FRAC_PI_2) - origin.z;
+        let lowest = self.lowest(FRAC_PI_2, origin.z);
         let down = [((TAKEN_AT * height).max(lowest), FRAC_PI_2)];
         let level = level.into_iter().filter(|_| face != Some("top"));
         let down = down.into_iter().filter(|_| face != Some("side"));
