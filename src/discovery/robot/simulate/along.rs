@@ -27,8 +27,10 @@ struct Bend {
 /// A path row by row, and the torques its bodies need, `rows × n` each.
 #[derive(Debug)]
 pub(super) struct Bare {
-    q: Vec<f64>,
-    dq: Vec<f64>,
+    /// Where each row lies on the grid of the plant.
+    points: Vec<GridPoint>,
+    q: Shared<Vec<f64>>,
+    dq: Shared<Vec<f64>>,
     ddq: Vec<f64>,
     load: Vec<f64>,
     /// Oldest first.
@@ -42,8 +44,9 @@ impl Bare {
         let n = plant.n;
         let [mut q, mut dq, mut ddq, mut load] =
             std::array::from_fn(|_| vec![0.0; data.n_rows() * n]);
-        for (row, &time) in data.time.iter().enumerate() {
-            let here = GridPoint::at(plant, time - delay);
+        let points: Vec<GridPoint> =
+            data.time.iter().map(|time| GridPoint::at(plant, time - delay)).collect();
+        for (row, here) in points.iter().enumerate() {
             let at = row * n..(row + 1) * n;
             for j in 0..n {
                 q[row * n + j] = here.of(&plant.q, j);
@@ -53,7 +56,8 @@ impl Bare {
             let chain = &model.arm.chain;
             chain.inverse(&q[at.clone()], &dq[at.clone()], &ddq[at.clone()], &mut load[at]);
         }
-        Self { q, dq, ddq, load, bends: Mutex::default() }
+        let (q, dq) = (Shared::new(q), Shared::new(dq));
+        Self { points, q, dq, ddq, load, bends: Mutex::default() }
     }
 
     /// Returns [`friction::bent`] of a joint's speed over a creep (rad/s), row by row: most changes of the effects leave
@@ -80,8 +84,8 @@ impl Bare {
 
 /// Takes the path of the plant as the motion and works out the torques it needed.
 pub(super) fn measured(model: &Model, active: &ActiveEffects) -> Motion {
-    let Course { data, plant, .. } = &model.course;
-    let n = plant.n;
+    let data = &model.course.data;
+    let n = model.course.plant.n;
     let rows = data.n_rows();
     let has_position = data.has(Quantity::Position);
     // The path is the measured motion, or the command where no motion was measured; only a command
@@ -95,8 +99,8 @@ pub(super) fn measured(model: &Model, active: &ActiveEffects) -> Motion {
         model.bare.get_or_init(|| Bare::of(model, 0.0))
     };
     let mut motion = Motion {
-        q: bare.q.clone(),
-        dq: bare.dq.clone(),
+        q: Shared::clone(&bare.q),
+        dq: Shared::clone(&bare.dq),
         load: bare.load.clone(),
         tau: vec![0.0; rows * n],
         gap: vec![0.0; rows * n],
@@ -115,9 +119,9 @@ pub(super) fn measured(model: &Model, active: &ActiveEffects) -> Motion {
     for (row, &time) in data.time.iter().enumerate() {
         let at = row * n..(row + 1) * n;
         if !active.needed.is_empty() {
-            let here = GridPoint::at(plant, time - delay);
-            for j in 0..n {
-                motion.load[row * n + j] += here.of(&active.needed, j);
+            let more = bare.points[row].all(&active.needed);
+            for (load, more) in motion.load[at.clone()].iter_mut().zip(more) {
+                *load += more;
             }
         }
         let (q, dq, load) = (&bare.q[at.clone()], &bare.dq[at.clone()], &motion.load[at.clone()]);
@@ -149,12 +153,12 @@ pub(super) fn measured(model: &Model, active: &ActiveEffects) -> Motion {
             let asked = motor[j] / active.gain[j];
             motion.tau[at] = asked.clamp(-active.limit[j], active.limit[j]);
         }
-        if !has_position {
-            for j in 0..n {
-                motion.q[row * n + j] -= active.sag[j] * motion.load[row * n + j];
-            }
-        }
         last = time;
+    }
+    if !has_position {
+        for (at, q) in Shared::make_mut(&mut motion.q).iter_mut().enumerate() {
+            *q -= active.sag[at % n] * motion.load[at];
+        }
     }
     motion
 }

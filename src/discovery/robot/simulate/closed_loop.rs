@@ -4,6 +4,8 @@
 //! is linearised along the path, and what acts in the joints is solved implicitly where it is stiff: thick
 //! fluids, dry friction, and gaps between motor and link. Source: Stewart and Trinkle 1996.
 
+use std::sync::Arc as Shared;
+
 use super::super::chain::MOST_JOINTS;
 use super::super::plant::Course;
 use super::active::ActiveEffects;
@@ -184,10 +186,11 @@ impl<'a> Run<'a> {
             // Rows between two ticks are interpolated; most fall on one.
             let back = ((time - data.time[self.row]) / self.tick).clamp(0.0, 1.0);
             let motion = &mut self.motion;
+            let (q, dq) = (Shared::make_mut(&mut motion.q), Shared::make_mut(&mut motion.dq));
             for j in 0..n {
                 let to = self.row * n + j;
-                motion.q[to] = now.q[j] - back * (now.q[j] - last.q[j]);
-                motion.dq[to] = now.dq[j] - back * (now.dq[j] - last.dq[j]);
+                q[to] = now.q[j] - back * (now.q[j] - last.q[j]);
+                dq[to] = now.dq[j] - back * (now.dq[j] - last.dq[j]);
                 motion.gap[to] = now.gap[j] - back * (now.gap[j] - last.gap[j]);
                 motion.tau[to] = now.tau[j] - back * (now.tau[j] - last.tau[j]);
                 motion.load[to] = now.load[j] - back * (now.load[j] - last.load[j]);

@@ -39,7 +39,8 @@ impl Model {
                 *to += load.mass[at / n] * load.per_kilogram[at];
             }
         }
-        Self { arm, course, columns, motions, bare: OnceLock::new(), loads, carried }
+        let (bare, counted) = (OnceLock::new(), OnceLock::new());
+        Self { arm, course, columns, motions, bare, counted, loads, carried }
     }
 
     /// Returns the same with as many rows as a search needs: no more than it takes to follow an arm, and of a long
@@ -150,27 +151,21 @@ impl Model {
     /// are not judged are 0.
     pub fn residuals(&self, own: &[f64], terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
         let mut values = self.predict(own, terms, parameters)?;
-        let rows = self.course.data.n_rows();
-        let mut at = 0;
-        for channel in &self.course.data.channels {
-            if !self.is_predicted(channel.quantity) {
-                continue;
+        let rows = self.course.data.n_rows().max(1);
+        let channels =
+            self.predicted().zip(values.chunks_mut(rows)).zip(self.counted().chunks(rows));
+        for ((channel, values), counted) in channels {
+            let rows = values.iter_mut().zip(&channel.values).zip(counted);
+            for ((value, measured), counts) in rows {
+                *value = if *counts { (measured - *value) / channel.noise } else { 0.0 };
             }
-            let part = &mut values[at..at + rows];
-            for (row, (value, measured)) in part.iter_mut().zip(&channel.values).enumerate() {
-                let judged = self.is_judged(channel, row);
-                *value = if judged { (measured - *value) / channel.noise } else { 0.0 };
-            }
-            at += rows;
         }
         values.iter().all(|value| value.is_finite()).then_some(values)
     }
 
     /// Returns how many independent values are judged.
     pub fn count(&self, set: Set) -> usize {
-        let channels = self.course.data.channels.iter();
-        let predicted = channels.filter(|channel| self.is_predicted(channel.quantity));
-        predicted.map(|channel| self.judged(channel, set)).sum()
+        self.predicted().map(|channel| self.judged(channel, set)).sum()
     }
 
     /// Returns by how much each residual falls for one unit more of each number of each body, in the order of
@@ -188,10 +183,7 @@ impl Model {
             .collect();
         let columns = self.course.plant.columns(&self.arm, &heavier);
         let mut found = vec![Vec::new(); columns.len()];
-        for channel in &self.course.data.channels {
-            if !self.is_predicted(channel.quantity) {
-                continue;
-            }
+        for channel in self.predicted() {
             for (row, time) in self.course.data.time.iter().enumerate() {
                 let is_felt = channel.quantity == Quantity::Torque && self.is_judged(channel, row);
                 let at = is_felt.then(|| GridPoint::at(&self.course.plant, *time));
@@ -220,6 +212,21 @@ impl Model {
         let rows = self.course.first_row..self.course.last_row;
         let own = rows.filter(|&row| is_in(set, self.course.unseen[row]));
         own.filter(|&row| self.is_judged(channel, row)).count()
+    }
+
+    /// Returns the channels that are predicted, in the order of [`Self::predict`].
+    fn predicted(&self) -> impl Iterator<Item = &Channel> {
+        self.course.data.channels.iter().filter(|channel| self.is_predicted(channel.quantity))
+    }
+
+    /// Returns which rows of the channels that are predicted count, all rows of one after those of another.
+    fn counted(&self) -> &[bool] {
+        self.counted.get_or_init(|| {
+            let rows = 0..self.course.data.n_rows();
+            self.predicted()
+                .flat_map(|channel| rows.clone().map(|row| self.is_judged(channel, row)))
+                .collect()
+        })
     }
 
     /// Returns whether a channel's row counts.

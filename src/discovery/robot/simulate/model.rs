@@ -23,6 +23,8 @@ pub struct Model {
     pub(super) motions: Mutex<Vec<Remembered>>,
     /// What a measured motion needs without any effects: worked out once.
     pub(super) bare: OnceLock<along::Bare>,
+    /// Of each channel that is predicted, which rows count, all rows of one after those of another: worked out once.
+    pub(super) counted: OnceLock<Vec<bool>>,
     /// What the hand carried.
     pub loads: Vec<Load>,
     /// Torque that took, as far as it is known, by grid point; empty if nothing was carried.
@@ -58,8 +60,8 @@ pub(super) const REMEMBERED: usize = 4;
 /// What the simulation leaves behind, `rows × n` each.
 #[derive(Debug)]
 pub(super) struct Motion {
-    pub(super) q: Vec<f64>,
-    pub(super) dq: Vec<f64>,
+    pub(super) q: Shared<Vec<f64>>,
+    pub(super) dq: Shared<Vec<f64>>,
     pub(super) tau: Vec<f64>,
     pub(super) load: Vec<f64>,
     /// Where the link stands beyond its encoder in a gap, rad.
@@ -70,7 +72,7 @@ impl Motion {
     /// Returns a motion of `values` values a channel, all of them 0.
     pub(super) fn still(values: usize) -> Self {
         let [q, dq, tau, load, gap] = std::array::from_fn(|_| vec![0.0; values]);
-        Self { q, dq, tau, load, gap }
+        Self { q: Shared::new(q), dq: Shared::new(dq), tau, load, gap }
     }
 }
 
