@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
-use trueup::discovery::recording::{Column, Map, Recording};
+use trueup::discovery::finding::Verdict;
+use trueup::discovery::recording::{Column, Map, Recording, Sidecar};
 use trueup::discovery::{Options, Subject, investigate};
+use trueup::motion::dynamics::{Bodies, Dynamics};
 use trueup::units::Dimension;
 
 use super::{bare_arm, recording};
@@ -256,6 +258,56 @@ fn columns_that_cannot_be_what_they_are_called_are_refused() {
         rename(r, "q_x", "q_3");
     });
     assert!(error.what.contains("`q_2` follows `q_cmd_3`, not `q_cmd_2`"), "{error:?}");
+}
+
+/// Adds a multiple of what the arm weighs at each row, N·m.
+fn weigh(recording: &mut Recording, part: f64) {
+    let robot = bare_arm();
+    let dynamics = Dynamics::new(&robot, Bodies::All);
+    let of = |recording: &Recording, name: &str| {
+        recording.columns.iter().position(|column| column.name == name).unwrap()
+    };
+    for row in 0..recording.time.len() {
+        let q: Vec<f64> = (1..=7)
+            .map(|joint| recording.columns[of(recording, &format!("q_{joint}"))].values[row])
+            .collect();
+        for (joint, torque) in dynamics.gravity_torques(&q).unwrap().iter().enumerate() {
+            let tau = of(recording, &format!("tau_{}", joint + 1));
+            recording.columns[tau].values[row] += part * torque;
+        }
+    }
+}
+
+/// They were searched for effects, or, of an arm that hangs, the sign of all torques was to be turned.
+#[test]
+fn torques_without_weight_and_of_an_arm_that_hangs_are_told_with_what_the_sidecar_must_say() {
+    let error = refused(|r| weigh(r, -1.0));
+    assert!(error.what.ends_with("those of an arm without weight"), "{error:?}");
+    assert!(error.help.contains("`\"gravity_m_s2\": 0`"), "{error:?}");
+    let error = refused(|r| weigh(r, -2.0));
+    assert!(error.what.contains("an arm mounted otherwise"), "{error:?}");
+    assert!(error.help.contains("`\"gravity_m_s2\": [0, 0, 9.81]`"), "{error:?}");
+}
+
+/// An arm on a wall or a ceiling is judged as one that stands, once the sidecar says so.
+#[test]
+fn an_arm_that_hangs_lacks_nothing_where_its_sidecar_says_so() {
+    let text = r#"{"gravity_m_s2": [0, 0, 9.81]}"#;
+    let hung = Sidecar::read("hung.json", text).unwrap();
+    let down = Sidecar::read("down.json", r#"{"gravity_m_s2": -9.81}"#).unwrap();
+    assert_eq!((hung.gravity, down.gravity), (Some([0.0, 0.0, 9.81]), Some([0.0, 0.0, 9.81])));
+    let error = Sidecar::read("two.json", r#"{"gravity_m_s2": [0, 9.81]}"#).unwrap_err();
+    assert!(error.what.contains("a number or three"), "{error:?}");
+    let mut recordings = [recording("control_a"), recording("control_b")];
+    for recording in &mut recordings {
+        weigh(recording, -2.0);
+        recording.sidecar.gravity = hung.gravity;
+        recording.sidecar.controller = None;
+    }
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap();
+    assert_eq!(found.finding.verdict, Verdict::NothingMissing, "{:#?}", found.finding.effects);
 }
 
 /// Without a controller the torques of one joint are enough; with one a sensor that says the opposite is no effect either.

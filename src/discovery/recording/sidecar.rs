@@ -67,6 +67,23 @@ impl PerChannel {
     }
 }
 
+/// Gravity as it is written down, m/s²: how strong it is along the base's -z, or a vector in the base's axes.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "`gravity_m_s2` is a number or three: x, y, z of the base")]
+enum WrittenGravity {
+    Down(f64),
+    Vector([f64; 3]),
+}
+
+impl WrittenGravity {
+    fn vector(self) -> [f64; 3] {
+        match self {
+            Self::Down(strength) => [0.0, 0.0, -strength],
+            Self::Vector(vector) => vector,
+        }
+    }
+}
+
 /// Standard deviations of the sensors' noise.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default)]
@@ -90,8 +107,8 @@ pub struct Sidecar {
     pub tip: Option<String>,
     /// Which side of the gear `tau_*` is measured on.
     pub torque_sensor: TorqueSensor,
-    /// Gravity, m/s².
-    pub gravity: Option<f64>,
+    /// Gravity, m/s², base axes: along -z for an arm that stands, along +z for one that hangs.
+    pub gravity: Option<[f64; 3]>,
     /// Rotor inertia of each joint as seen at the joint, kg·m².
     pub armature: Vec<f64>,
     /// Zeros of the encoders that are known: real angle less the reported one, rad, a joint each; none for none.
@@ -205,7 +222,7 @@ struct Raw {
     robot: Option<String>,
     tip: Option<String>,
     torque_sensor: TorqueSensor,
-    gravity_m_s2: Option<f64>,
+    gravity_m_s2: Option<WrittenGravity>,
     armature_kg_m2: Option<PerChannel>,
     zero_offset_rad: Vec<f64>,
     torque_constant_nm_per_a: Option<PerChannel>,
@@ -291,9 +308,8 @@ impl Sidecar {
         {
             return Err(wrong(SidecarFlaw::NotAngle("zero_offset_rad", *zero)));
         }
-        if let Some(g) = raw.gravity_m_s2
-            && !g.is_finite()
-        {
+        let gravity = raw.gravity_m_s2.map(WrittenGravity::vector);
+        if gravity.iter().flatten().any(|part| !part.is_finite()) {
             return Err(wrong(SidecarFlaw::Gravity));
         }
         let segments = raw
@@ -311,7 +327,7 @@ impl Sidecar {
             robot: raw.robot,
             tip: raw.tip,
             torque_sensor: raw.torque_sensor,
-            gravity: raw.gravity_m_s2,
+            gravity,
             armature,
             zero_offset: raw.zero_offset_rad,
             torque_constant: raw.torque_constant_nm_per_a,

@@ -6,6 +6,7 @@ use super::plant::Arm;
 use crate::discovery::recording::sidecar::Controller;
 use crate::discovery::recording::{Error, Recording};
 use crate::motion::Robot;
+use crate::motion::dynamics::GRAVITY;
 
 impl Arm {
     /// Returns the arm a recording was made with.
@@ -20,7 +21,7 @@ impl Arm {
     fn told(robot: &Robot, recording: &Recording) -> Result<Self, Misfit> {
         let sidecar = &recording.sidecar;
         let n = robot.n_joints();
-        let gravity = sidecar.gravity.unwrap_or(crate::motion::dynamics::GRAVITY);
+        let gravity = sidecar.gravity.unwrap_or([0.0, 0.0, -GRAVITY]).into();
         let lists =
             [("armature_kg_m2", &sidecar.armature), ("zero_offset_rad", &sidecar.zero_offset)];
         for (key, list) in lists {

@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn an_arm_weighs_on_its_first_joint_where_the_axis_lies() {
-        let mut chain = Chain::new(&Robot::gen3(), None, GRAVITY).unwrap();
+        let mut chain = Chain::new(&Robot::gen3(), None, -GRAVITY * Vector3::z()).unwrap();
         assert!(!weighs_on_first(&chain));
         chain.gravity = Vector3::new(GRAVITY, 0.0, 0.0);
         assert!(weighs_on_first(&chain));

@@ -134,13 +134,13 @@ fn seen_from_parent(
 
 impl Chain {
     /// Lays out a robot; `tip` is the link whose position is recorded, the robot's own tip if `None`.
-    /// Everything the arm carries counts, the gripper included.
+    /// Everything the arm carries counts, the gripper included. `gravity` is in m/s², in the base's axes.
     ///
     /// # Errors
     ///
     /// A [`Misfit`] for a robot with more than [`MOST_JOINTS`] joints, with a joint that follows another,
     /// or without the link.
-    pub fn new(robot: &Robot, tip: Option<&str>, gravity: f64) -> Result<Self, Misfit> {
+    pub fn new(robot: &Robot, tip: Option<&str>, gravity: Vector3<f64>) -> Result<Self, Misfit> {
         let n = robot.n_joints();
         if n > MOST_JOINTS {
             return Err(Misfit::TooManyJoints { n, most: MOST_JOINTS });
@@ -194,7 +194,7 @@ impl Chain {
             (Some(body), pose) if body + 1 == n => pose,
             _ => return Err(Misfit::TipElsewhere),
         };
-        Ok(Self { bodies, body_from_tip, gravity: Vector3::new(0.0, 0.0, -gravity) })
+        Ok(Self { bodies, body_from_tip, gravity })
     }
 
     /// Returns the number of joints.
@@ -450,7 +450,7 @@ mod tests {
     #[test]
     fn the_fast_chain_agrees_with_the_general_algorithms() {
         let robot = Robot::gen3();
-        let chain = Chain::new(&robot, None, GRAVITY).unwrap();
+        let chain = Chain::new(&robot, None, -GRAVITY * Vector3::z()).unwrap();
         let general = Dynamics::new(&robot, Bodies::All);
         let q = [0.5, -0.7, 1.1, 1.4, -0.9, 0.8, 0.3];
         let dq = [0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7];
@@ -477,7 +477,7 @@ mod tests {
 
     #[test]
     fn a_mass_further_off_than_the_arm_is_long_or_far_heavier_is_none() {
-        let chain = Chain::new(&Robot::gen3(), None, GRAVITY).unwrap();
+        let chain = Chain::new(&Robot::gen3(), None, -GRAVITY * Vector3::z()).unwrap();
         // The Gen3 is 0.9 m long from base to tip and has bodies beside its axis.
         assert!(chain.bears(0.5, &[0.0, 0.05, 0.1]) && chain.bears(-0.5, &[0.0, 0.0, 0.4]));
         assert!(!chain.bears(0.001, &[0.0, 0.0, 0.02]) && !chain.bears(0.0, &[1e-3, 0.0, 0.0]));

@@ -178,6 +178,24 @@ pub enum Misfit {
         /// Which multiple.
         ratio: f64,
     },
+    /// The weight of the arm is not in the torques.
+    #[error("the torques of {joints} joints are those of an arm without weight")]
+    Weightless {
+        /// Of how many joints that bear weight.
+        joints: usize,
+    },
+    /// Gravity points elsewhere than was said.
+    #[error(
+        "the torques of {joints} joints are those of an arm mounted otherwise: they show a gravity of ({}, {}, {}) m/s^2 \
+         in the axes of its base",
+        significant(.gravity[0], 3), significant(.gravity[1], 3), significant(.gravity[2], 3)
+    )]
+    Mounted {
+        /// Of how many joints that bear weight.
+        joints: usize,
+        /// Which gravity they show, m/s², base axes.
+        gravity: [f64; 3],
+    },
     /// Torques have the wrong sign.
     #[error(
         "{} against what the arm needs: with the sign turned, weight, friction and rotors leave {} % of the residual",
@@ -456,6 +474,16 @@ impl Misfit {
                 "if it is in millimetres, say so in the header: `tcp_x[mm]`"
             }
             Self::TorquesScaled { ratio, .. } if *ratio < 0.0 => TURN,
+            Self::Weightless { .. } => {
+                "if the controller has taken the weight out, say so in the sidecar: `\"gravity_m_s2\": 0`"
+            }
+            Self::Mounted { gravity, .. } => {
+                let [x, y, z] = gravity.map(|part| significant(part, 3));
+                return Cow::Owned(format!(
+                    "say so in the sidecar: `\"gravity_m_s2\": [{x}, {y}, {z}]`; for an arm that stands upright, a joint's \
+                     zero or the order of the columns is another"
+                ));
+            }
             Self::TorquesAgainst { .. } | Self::TorqueTurned { .. } => TURN,
             Self::HardlyMoves { .. } => {
                 "record while every joint turns both ways, slowly and fast; of poses at rest give one row each, without a time"

@@ -6,6 +6,7 @@ use super::channels::{self, Data};
 use super::currents;
 use super::error::Misfit;
 use super::explain::ArmGap;
+use super::gravity;
 use super::known::known;
 use super::load::{Load, Thing};
 use super::plant::{Arm, Course};
@@ -36,7 +37,7 @@ pub(super) fn gap(
     let place = train.first().map_or("", |recording| &recording.name);
     notes.extend(currents::turned(&mut models, train.len(), place)?);
     for (model, recording) in models.iter().zip(train.iter().chain(heldout)) {
-        plausible::check_torques(model, &recording.name)?;
+        plausible::check_torques(model, gravity::other(model), &recording.name)?;
     }
     let held = models.split_off(train.len());
     let present = present(already, &things, robot.n_joints(), &mut notes)?;

@@ -25,6 +25,7 @@ pub mod load;
 mod against;
 mod arm_finding;
 mod currents;
+mod gravity;
 mod links;
 mod places;
 mod plausible;

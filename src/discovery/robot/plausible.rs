@@ -30,7 +30,7 @@ pub(super) const COARSE: f64 = 0.5;
 const MOVES: f64 = 0.05;
 
 /// A torque stands out of its noise by this factor.
-const SURE: f64 = 5.0;
+pub(super) const SURE: f64 = 5.0;
 
 /// Multiples that differ by less than this part are the same.
 const SAME: f64 = 0.2;
@@ -250,14 +250,27 @@ fn within_reach(arm: &Arm, data: &Data, name: &str) -> Result<(), Error> {
 }
 
 /// Torques that are the same multiple of what the model needs in several joints at once are in another unit, or
-/// counted the other way round: no arm has the same fault in all its joints.
+/// counted the other way round: no arm has the same fault in all its joints. Where they show another gravity than was
+/// said, `otherwise` is that; torques turned round are the weaker explanation then.
 ///
 /// # Errors
 ///
-/// An [`Error`] that says which multiple.
-pub(super) fn check_torques(model: &Model, name: &str) -> Result<(), Error> {
+/// An [`Error`] that says which multiple, or which gravity.
+pub(super) fn check_torques(
+    model: &Model,
+    otherwise: Option<Misfit>,
+    name: &str,
+) -> Result<(), Error> {
+    let scaled = torques_scaled(model);
+    let is_turned = matches!(scaled, Some(Misfit::TorquesScaled { ratio, .. }) if ratio < 0.0);
+    let wrong = if is_turned { otherwise.or(scaled) } else { scaled.or(otherwise) };
+    wrong.map_or(Ok(()), |misfit| Err(misfit.at(format!("{name}, columns `tau_n`"))))
+}
+
+/// Returns which multiple of what the model needs the torques of several joints are, if they are.
+fn torques_scaled(model: &Model) -> Option<Misfit> {
     let course = &model.course;
-    let Some(predicted) = model.predict(&[], &[], &[]) else { return Ok(()) };
+    let predicted = model.predict(&[], &[], &[])?;
     let channels = course.data.channels.iter().filter(|c| model.is_predicted(c.quantity));
     let torques = channels
         .zip(predicted.chunks(course.data.n_rows()))
@@ -266,8 +279,8 @@ pub(super) fn check_torques(model: &Model, name: &str) -> Result<(), Error> {
         let speed = course.at_rows(&course.plant.dq, channel.index);
         multiple(needed, &channel.values, &speed, channel.noise)
     });
-    let Some((same, ratio)) = scaled(multiples.collect(), course.data.n) else { return Ok(()) };
-    Err(Misfit::TorquesScaled { same, ratio }.at(format!("{name}, columns `tau_n`")))
+    let (same, ratio) = scaled(multiples.collect(), course.data.n)?;
+    Some(Misfit::TorquesScaled { same, ratio })
 }
 
 /// Returns which multiple of what a joint needs its torque sensor shows, if it follows that and stands out of its noise: beside
@@ -298,7 +311,7 @@ fn scaled(mut multiples: Vec<f64>, n: usize) -> Option<(usize, f64)> {
 }
 
 /// Returns what of some values is not a multiple of others.
-fn beyond(values: &[f64], others: &[f64]) -> Vec<f64> {
+pub(super) fn beyond(values: &[f64], others: &[f64]) -> Vec<f64> {
     let along: f64 = values.iter().zip(others).map(|(a, b)| a * b).sum();
     let part = along / norm(others).powi(2).max(1e-300);
     values.iter().zip(others).map(|(value, other)| value - part * other).collect()
@@ -316,7 +329,8 @@ fn changes(time: &[f64], values: &[f64]) -> Vec<f64> {
     values.windows(3).zip(spans).map(|(q, span)| (q[2] - q[0]) / span.max(1e-12)).collect()
 }
 
-fn norm(values: &[f64]) -> f64 {
+/// Returns the root of the sum of squares.
+pub(super) fn norm(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 

@@ -103,6 +103,7 @@ mod tests {
     use super::*;
     use crate::motion::Robot;
     use crate::motion::dynamics::GRAVITY;
+    use nalgebra::Vector3;
 
     use super::super::super::chain::Chain;
 
@@ -114,7 +115,7 @@ mod tests {
 
     #[test]
     fn a_body_that_could_be_stays_and_one_that_could_not_is_mended() {
-        let chain = Chain::new(&Robot::gen3(), None, GRAVITY).unwrap();
+        let chain = Chain::new(&Robot::gen3(), None, -GRAVITY * Vector3::z()).unwrap();
         for body in &chain.bodies {
             let own = numbers(body);
             let heavier = own.map(|number| 0.1 * number);
@@ -133,7 +134,7 @@ mod tests {
 
     #[test]
     fn numbers_are_read_back_as_they_were_changed() {
-        let chain = Chain::new(&Robot::gen3(), None, GRAVITY).unwrap();
+        let chain = Chain::new(&Robot::gen3(), None, -GRAVITY * Vector3::z()).unwrap();
         let body = &chain.bodies[2];
         let by: [f64; NUMBERS] = std::array::from_fn(|k| 0.001 * (k as f64 + 1.0));
         let (own, new) = (numbers(body), numbers(&changed(body, &by)));

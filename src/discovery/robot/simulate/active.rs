@@ -180,11 +180,9 @@ impl ActiveEffects {
 
     /// The base leans by roll and pitch, rad.
     fn tilt(&mut self, model: &Model, p: &[f64]) {
-        let g = model.arm.chain.gravity.norm();
-        // Linear in the two components of gravity that a tilt brings in, exact in z to first order.
-        let tilted = nalgebra::Rotation3::from_euler_angles(p[0], p[1], 0.0)
-            .inverse_transform_vector(&Vector3::new(0.0, 0.0, -g));
-        let along = tilted - model.arm.chain.gravity;
+        let gravity = &model.arm.chain.gravity;
+        let tilt = nalgebra::Rotation3::from_euler_angles(p[0], p[1], 0.0);
+        let along = tilt.inverse_transform_vector(gravity) - gravity;
         for axis in 0..3 {
             let column = model.column((0, 0, axis as u8), 1.0, |chain| {
                 chain.gravity[axis] += 1.0;
