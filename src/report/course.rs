@@ -206,12 +206,15 @@ fn short(name: &str) -> String {
     name.chars().take(LETTERS - 1).chain(['…']).collect()
 }
 
-/// Draws the water in the twin's vessels.
+/// Draws the water in the twin's vessels; `None` where there never is any.
 fn water(film: &Film, span: &Span) -> Option<String> {
     let moments = || film.moments.iter().filter(|moment| moment.time >= span.begin);
     let last = film.moments.last()?;
     let holds = |column: &usize| film.moments.iter().any(|moment| moment.water_ml[*column] > 0.0);
     let columns: Vec<usize> = (0..last.water_ml.len()).filter(holds).collect();
+    if columns.is_empty() {
+        return None;
+    }
     let all =
         moments().flat_map(|moment| columns.iter().map(|column| moment.water_ml[*column] * 1e-6));
     let mut plot = span.plot("water", "m^3", all)?;
@@ -340,7 +343,23 @@ impl Recording {
 
 #[cfg(test)]
 mod tests {
+    use crate::workcell::film::Moment;
+
     use super::*;
+
+    /// A run that only pushed a block had an empty drawing of water.
+    #[test]
+    fn a_run_without_water_has_no_drawing_of_it() {
+        let span = Span { begin: 0.0, end: 1.0, steps: vec![(1, 0.0, 1.0)] };
+        let film = |water: [f64; 2]| Film {
+            vessels: vec!["cup".into(), "spilt".into()],
+            moments: [0.2, 0.4]
+                .map(|time| Moment { number: 1, time, step: 1, water_ml: water.to_vec() })
+                .to_vec(),
+        };
+        assert_eq!(super::water(&film([0.0, 0.0]), &span), None);
+        assert!(super::water(&film([50.0, 0.0]), &span).is_some_and(|drawn| drawn.contains("cup")));
+    }
 
     #[test]
     fn joints_that_slide_have_drawings_of_their_own_in_mm_and_newtons() {
