@@ -41,8 +41,25 @@ pub(super) struct ExportArgs {
     mp4: Option<PathBuf>,
 }
 
+impl ExportArgs {
+    /// Returns the files that are wanted, each with the ending that says what it is.
+    fn wanted(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
+        let files = [
+            #[cfg(feature = "bags")]
+            ("mcap", &self.mcap),
+            #[cfg(feature = "arrow")]
+            ("rrd", &self.rrd),
+            ("csv", &self.csv),
+            ("mp4", &self.mp4),
+        ];
+        files.into_iter().filter_map(|(ending, file)| Some((ending, file.as_ref()?)))
+    }
+}
+
 /// `trueup export RUN --mp4 FILE --mcap FILE --rrd FILE --csv FILE`.
 pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
+    // All names before any file: what is refused leaves nothing behind.
+    args.wanted().try_for_each(|(ending, path)| spare(path, &[ending]))?;
     let dir = kept::folder(&cli.cell.record, &args.run)?;
     let run = archive::load(&dir).map_err(|error| report::cell_failure(&error, style))?;
     // A run that ended before the arm was asked anything has none.
@@ -71,29 +88,28 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
             .help("a run folder as `trueup` writes it can be exported")
     };
     let mut written = Vec::new();
-    let mut put = |path: &PathBuf, ending: &str, content: &[u8]| {
-        spare(path, &[ending])?;
+    let mut put = |path: &PathBuf, content: &[u8]| {
         write::replace(path, content).map_err(|error| Failure::unwritten(path, &error))?;
         written.push(path.display().to_string());
         Ok::<(), Failure>(())
     };
     #[cfg(feature = "bags")]
     if let Some(path) = &args.mcap {
-        put(path, "mcap", &export::bag(&material).map_err(wrong)?)?;
+        put(path, &export::bag(&material).map_err(wrong)?)?;
     }
     #[cfg(feature = "arrow")]
     if let Some(path) = &args.rrd {
-        put(path, "rrd", &export::rrd(&material).map_err(wrong)?)?;
+        put(path, &export::rrd(&material).map_err(wrong)?)?;
     }
     if let Some(path) = &args.csv {
-        put(path, "csv", export::table(&material).map_err(wrong)?.as_bytes())?;
+        put(path, export::table(&material).map_err(wrong)?.as_bytes())?;
     }
     if let Some(path) = &args.mp4 {
         let moving = moving(&dir, &run, &film).ok_or_else(|| {
             Failure::input("export::pictures", format!("{}: no pictures", dir.display()))
                 .help("a run that moved the arm has them; `trueup runs` lists what is kept")
         })?;
-        put(path, "mp4", &moving)?;
+        put(path, &moving)?;
         let is_filmed = |moment: &film::Moment| film::picture(&dir, moment.number, "real").exists();
         if !film.moments.is_empty() && !film.moments.iter().any(is_filmed) {
             style.note(report::film::ONLY_THE_TWIN);

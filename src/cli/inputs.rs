@@ -1,5 +1,6 @@
 //! Files that the arguments name, read with an error that says which and why.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use crate::files;
@@ -25,10 +26,15 @@ pub(super) fn arm_rows(path: &Path) -> Result<String, Failure> {
     data(path).map(record::whole_rows)
 }
 
-/// Checks that what is written loses nothing of a person's: a file that is there is replaced only where its name ends as such files do.
+/// Checks that a file may be written as what its name says: what is there is replaced only where its name ends as such files do, so that
+/// nothing of a person's is lost, and a new name ends so too. What is there and is no file, `/dev/stdout`, is called what it is.
 pub(super) fn spare(path: &Path, endings: &[&str]) -> Result<(), Failure> {
-    let ends_so = path.extension().is_some_and(|own| endings.iter().any(|ending| own == *ending));
-    if path.is_file() && !ends_so { Err(Failure::there(path)) } else { Ok(()) }
+    let is = |own: &OsStr| endings.iter().any(|ending| own.eq_ignore_ascii_case(ending));
+    let is_other = path.exists() && !path.is_file();
+    if is_other || path.extension().is_some_and(is) {
+        return Ok(());
+    }
+    Err(if path.exists() { Failure::there(path) } else { Failure::ending(path, endings) })
 }
 
 /// Returns the scene of a file, or the kitchen when none is named.

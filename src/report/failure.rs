@@ -84,6 +84,20 @@ impl Failure {
             .help("take another name, or move the file away")
     }
 
+    /// A file whose name says that it is something else than what is written.
+    pub fn ending(path: &Path, endings: &[&str]) -> Self {
+        let dotted: Vec<String> = endings.iter().map(|ending| format!(".{ending}")).collect();
+        let message = format!("the file's name does not end in {}", dotted.join(" or "));
+        let failure = Self::input("io::ending", message).at(path.display().to_string());
+        match endings.first() {
+            Some(ending) => failure.help(format!(
+                "name it {}; another ending does not change what is written",
+                path.with_extension(ending).display()
+            )),
+            None => failure,
+        }
+    }
+
     /// The failure of one of several calls: those before it succeeded, and `left` after it were not run.
     #[must_use]
     pub fn after(mut self, runs: &[workcell::Run], left: usize) -> Self {

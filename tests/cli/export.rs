@@ -174,6 +174,20 @@ fn what_cannot_be_exported_says_what_helps() {
         assert_eq!(said.code, 2, "{said:?}");
         assert!(said.err.contains(words), "{said:?}");
     }
+    // A film called `.webp` was an MP4 file by another name.
+    for (args, right) in [
+        (&["export", RUN, "--csv", "run.csv", "--mp4", "film.webp"][..], "film.mp4"),
+        (&["export", RUN, "--csv", "run"], "run.csv"),
+        (&["marks", "--pdf", "dots.svg"], "dots.pdf"),
+        (&["report", RUN, "-o", "page.pdf"], "page.html"),
+    ] {
+        let said = scratch.trueup(&[args, &["--json"]].concat());
+        assert_eq!((said.code, said.error("code").as_str()), (2, "io::ending"), "{said:?}");
+        assert!(said.error("help").contains(right), "{said:?}");
+    }
+    for file in ["run.csv", "film.webp", "run", "dots.svg", "page.pdf"] {
+        assert!(!scratch.path(file).exists(), "{file}");
+    }
     scratch.file(&format!("{RUN}/arm.csv"), "t[s],q_1[rad]\n0,here\n");
     let said = scratch.trueup(&["export", RUN, "--mcap", "run.mcap"]);
     assert_eq!(said.code, 2, "{said:?}");
