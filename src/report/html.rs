@@ -137,7 +137,7 @@ fn table(rows: &[&FluentRow], more: More<'_>) -> String {
         };
         let way = row.direction.as_ref().map(|direction| {
             let by = row.margin.as_ref().map(why::size).unwrap_or_default();
-            format!("{} {by} {}", escaped(&direction.object), escaped(&direction.camera))
+            format!("{} {by} {}", escaped(&direction.object), escaped(&why::to_camera(direction)))
         });
         let _ = writeln!(
             text,

@@ -93,7 +93,7 @@ fn questions_are_asked_blind_and_then_set_beside_geometry() {
         "hint 3: what to try",
         "disagree on 1 of 2",
         "<td class=\"number\">-31 mm ± 1 mm",
-        "jar 31 mm right",
+        "jar 31 mm to the camera's right",
         "✗ failed",
         "?why=above%28jar%2C%20cup%29#why",
     ] {

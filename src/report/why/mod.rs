@@ -23,7 +23,7 @@ use history::{history, in_this_run};
 use kept::without_failure;
 pub(super) use tries::tries;
 use words::comparison;
-pub(super) use words::{size, unsigned, verdict, way};
+pub(super) use words::{size, to_camera, unsigned, verdict, way};
 
 /// What is asked.
 pub struct Question<'a> {

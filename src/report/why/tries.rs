@@ -6,7 +6,7 @@ use crate::trace::{FluentRow, Outcome, StepRecord};
 use crate::workcell::Run;
 
 use super::Question;
-use super::words::size;
+use super::words::{size, to_camera};
 
 /// How many things to try are told.
 const MOST_TRIES: usize = 3;
@@ -65,7 +65,7 @@ fn by_margin(step: &StepRecord, row: &FluentRow) -> Option<String> {
                 "move `{}` {} {} by hand, then :look",
                 direction.object,
                 size(margin),
-                direction.camera
+                to_camera(direction)
             ))
         }
         _ => None,

@@ -59,7 +59,36 @@ pub(in crate::report) fn way(direction: &Direction, margin: Option<&Measure>) ->
     let axis = largest.unwrap_or(0);
     let sign = if direction.world[axis] < 0.0 { '-' } else { '+' };
     format!(
-        "`{}` needs to move{by} {} as seen by the camera ({sign}{} in the table's frame)",
-        direction.object, direction.camera, axes[axis]
+        "`{}` needs to move{by} {} ({sign}{} in the table's frame)",
+        direction.object,
+        to_camera(direction),
+        axes[axis]
     )
+}
+
+/// Which way the camera sees that to be, with whose left and right that is.
+pub(in crate::report) fn to_camera(direction: &Direction) -> String {
+    match direction.camera.as_str() {
+        side @ ("left" | "right") => format!("to the camera's {side}"),
+        "nearer" => "nearer to the camera".into(),
+        "farther" => "farther from the camera".into(),
+        along => format!("{along} in the camera's image"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A page said "14.9 cm left", and nobody could tell whose left.
+    #[test]
+    fn a_way_says_whose_left_it_is() {
+        let said = |camera: &str| {
+            let world = [0.0, -0.8, 0.6];
+            to_camera(&Direction { object: "jar".into(), world, camera: camera.into() })
+        };
+        assert_eq!(said("left"), "to the camera's left");
+        assert_eq!(said("farther"), "farther from the camera");
+        assert_eq!(said("up"), "up in the camera's image");
+    }
 }
