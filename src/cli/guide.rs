@@ -101,6 +101,11 @@ fn told(topic: &Topic) -> String {
     format!("{title}\n\n{}", topic.text)
 }
 
+/// Returns the names of all topics, each with what is told of it.
+pub(super) fn topics() -> Vec<(&'static str, String)> {
+    TOPICS.iter().map(|topic| (topic.name, told(topic))).collect()
+}
+
 /// `trueup help [TOPIC]`.
 pub(super) fn help(args: &HelpArgs, style: Style) -> Result<Exit, Failure> {
     let Some(wanted) = &args.topic else {

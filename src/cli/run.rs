@@ -18,7 +18,7 @@ use super::inputs::read;
 use super::shared::{CellArgs, Common, Shared};
 use super::signals::{self, is_interrupted, stop_on_interrupt};
 use super::teach::Lead;
-use super::{gap, say};
+use super::{gap, guide, say};
 use crate::report::exit::{Exit, ended};
 
 /// Run a saved script; a run folder is written.
@@ -263,6 +263,7 @@ fn with_hands(
             say::propose(&model, said, library, scene, &is_interrupted)
         }
     });
+    let topics = guide::topics();
     work(Hands {
         perform: &|cell, step| {
             let source = Source::new("prompt", language::text::step(step));
@@ -270,6 +271,7 @@ fn with_hands(
         },
         propose: propose.as_ref().map(|propose| propose as &Propose),
         gap: &|runs| gap::over(runs, cli, style),
+        topics: &topics,
         open: &|robot, seed| {
             let cell = CellArgs { robot: robot.to_owned(), ..cli.cell.clone() };
             let other = Shared { common: Common { seed, ..cli.common.clone() }, cell };

@@ -12,6 +12,7 @@ use crate::workcell::WorkCell;
 
 use super::sentences::{Confirm, Pending};
 pub(super) use super::table::COMMANDS;
+use super::table::Command;
 use super::{Next, Session};
 
 fn help() -> String {
@@ -25,10 +26,15 @@ fn help() -> String {
          Ctrl-C         stops the arm and keeps the prompt; twice comes back at once\n",
     );
     for command in COMMANDS {
-        let head = format!(":{} {}", command.name, command.takes);
-        let _ = writeln!(text, "{head:<25} {}", command.what);
+        let _ = writeln!(text, "{}", row(command));
     }
     text.trim_end().to_owned()
+}
+
+/// What a command takes and does, in a line.
+fn row(command: &Command) -> String {
+    let head = format!(":{} {}", command.name, command.takes);
+    format!("{head:<25} {}", command.what)
 }
 
 impl Session<'_, '_> {
@@ -38,10 +44,7 @@ impl Session<'_, '_> {
         let rest = rest.trim();
         let done = match word {
             "quit" | "q" | "exit" => return Next::Quit,
-            "help" | "h" => {
-                self.style.tell(&help());
-                Ok(())
-            }
+            "help" | "h" => self.help(rest),
             "objects" => self.objects(),
             "tasks" => {
                 self.tasks();
@@ -101,6 +104,34 @@ impl Session<'_, '_> {
         worked?;
         self.style.say(done);
         Ok(())
+    }
+
+    /// Tells how something is done, else what a name means, else what a command does; of nothing in particular, what there is.
+    fn help(&self, wanted: &str) -> Result<(), Failure> {
+        if wanted.is_empty() {
+            self.style.tell(&help());
+            return Ok(());
+        }
+        let word = wanted.trim_start_matches([':', '?']);
+        let topics = self.hands.topics;
+        let of_topic = topics.iter().find(|(name, _)| *name == word).map(|(_, told)| told.clone());
+        let told = of_topic
+            .or_else(|| language::assist::describe(&self.library, &self.scope, word))
+            .or_else(|| COMMANDS.iter().find(|command| command.name == word).map(row));
+        if let Some(told) = told {
+            self.style.tell(&told);
+            return Ok(());
+        }
+        let known = topics.iter().map(|(name, _)| *name);
+        let known = known.chain(COMMANDS.iter().map(|command| command.name));
+        let near = language::nearest(word, known)
+            .or_else(|| language::assist::nearest_name(&self.library, &self.scope, word));
+        let words = format!("there is no topic, name or command `{word}`");
+        let failure = Failure::input("repl::unknown", words);
+        Err(match near {
+            Some(near) => failure.help(format!("did you mean `:help {near}`?")),
+            None => failure.help("`:help` lists the commands, `:tasks` what can be called"),
+        })
     }
 
     fn objects(&mut self) -> Result<(), Failure> {

@@ -57,6 +57,8 @@ pub struct Hands<'a> {
     pub propose: Option<&'a Propose>,
     /// Says what the twin lacks by the runs in these folders.
     pub gap: &'a (dyn Fn(&[PathBuf]) -> Result<(), Failure> + Sync),
+    /// How things are done: topics, each with what there is to tell.
+    pub topics: &'a [(&'a str, String)],
     /// Opens the cell of a robot, `twin` or the one that is meant by `real`, whose chance comes from this number.
     pub open: &'a (dyn Fn(&str, u64) -> Result<WorkCell, Failure> + Sync),
     /// The robot that `:real` means.

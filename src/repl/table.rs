@@ -44,7 +44,7 @@ pub(super) const fn command(
 
 /// Every command, in the order of `:help`.
 pub(super) const COMMANDS: &[Command] = &[
-    command("help", "", "this page"),
+    command("help", "[TOPIC]", "this page; how something is done (gap), what a name means (pour)"),
     command("objects", "", "what is on the table and where"),
     command("tasks", "", "what can be called"),
     command(

@@ -61,6 +61,7 @@ pub(super) fn talk(cell: WorkCell, scratch: &Scratch, work: &Work<'_>, input: &m
         propose: None,
         perform: work,
         gap: &|_| Ok(()),
+        topics: &[],
         open: &|_, _| Err(Failure::input("test", "no other robot here")),
         real: "lab",
         record: &record,
