@@ -2,7 +2,7 @@
 //!
 //! No recording is read here but to see whether it has rows.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -19,12 +19,13 @@ pub(super) struct Given {
 }
 
 /// Finds what is meant: a number or a name is a run of the folder `root`, a folder that is no run is the runs in it. Of several
-/// what cannot serve is passed over, with a note.
+/// what cannot serve is passed over, with a note, and what is given twice is used once.
 pub(super) fn given(wanted: &[PathBuf], root: &Path) -> Result<Given, Failure> {
     let mut paths = Vec::new();
     for path in wanted {
         paths.extend(meant(path, root)?);
     }
+    let (paths, mut notes) = once(&paths);
     let mut aside = Aside::default();
     let mut kept = Vec::new();
     let is_alone = paths.len() == 1;
@@ -35,12 +36,36 @@ pub(super) fn given(wanted: &[PathBuf], root: &Path) -> Result<Given, Failure> {
             None => kept.push(path),
         }
     }
-    let notes = aside.notes();
+    notes.extend(aside.notes());
     if !kept.is_empty() {
         return Ok(Given { paths: kept, notes });
     }
     let at = wanted.first().map_or_else(String::new, |path| path.display().to_string());
     Err(nothing().at(at).help(notes.join("; ")))
+}
+
+/// Leaves one of each that is given several times, by the same name or by others, and says so. The last one is left, for what comes
+/// last is held out.
+fn once(paths: &[PathBuf]) -> (Vec<PathBuf>, Vec<String>) {
+    let place = |path: &PathBuf| fs::canonicalize(path).unwrap_or_else(|_| path.clone());
+    let places: Vec<PathBuf> = paths.iter().map(place).collect();
+    let (mut kept, mut notes) = (Vec::new(), Vec::new());
+    for (at, path) in paths.iter().enumerate() {
+        let Some(last) = places[at + 1..].iter().rposition(|place| *place == places[at]) else {
+            kept.push(path.clone());
+            continue;
+        };
+        let [this, last] = [path, &paths[at + 1 + last]].map(|path| path.display().to_string());
+        let note = if this == last {
+            format!("{this} is given more than once, and is used once")
+        } else {
+            format!("{this} is {last} by another name, and is used once")
+        };
+        if !notes.contains(&note) {
+            notes.push(note);
+        }
+    }
+    (kept, notes)
 }
 
 /// Nothing is left to look at.
@@ -141,6 +166,11 @@ mod tests {
         let all =
             ["1-pick", "2-pour", "3-pour", "answers.jsonl"].map(|name| root.path().join(name));
         assert_eq!(names(&all), Ok((both.0, 2)));
+        // A run that was given twice counted twice in the fit.
+        let again = root.path().join("3-pour").join("..").join("1-pour");
+        let twice = ["1-pour".into(), "3-pour".into(), "1".into(), again];
+        assert_eq!(names(&twice), Ok((vec!["3-pour".into(), "1-pour".into()], 1)));
+        assert_eq!(names(&["1".into(), "1".into()]), Ok((vec!["1-pour".into()], 1)));
         assert_eq!(names(&["2".into()]).unwrap_err(), "gap::nothing");
         assert_eq!(names(&["7".into()]).unwrap_err(), "run::unknown");
     }

@@ -89,7 +89,7 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     let given::Given { paths, notes } = given::given(&args.recordings, &cli.cell.record)?;
     let mut args = GapArgs { recordings: paths, ..args.clone() };
     if args.recordings.first().is_some_and(|path| points::is_table(path, &map)) {
-        return points::gap(&args, &map, cli, style);
+        return points::gap(&args, notes, &map, cli, style);
     }
     if let Some(path) = &args.model {
         let text = read(path)?;

@@ -30,8 +30,14 @@ pub(super) fn is_table(path: &Path, map: &Map) -> bool {
     table && read.is_ok() && is_points(&String::from_utf8_lossy(&begin), map)
 }
 
-/// `trueup gap POINTS.csv...`.
-pub(super) fn gap(args: &GapArgs, map: &Map, cli: &Shared, style: Style) -> Result<Exit, Failure> {
+/// `trueup gap POINTS.csv...`; `notes` are about what was given.
+pub(super) fn gap(
+    args: &GapArgs,
+    notes: Vec<String>,
+    map: &Map,
+    cli: &Shared,
+    style: Style,
+) -> Result<Exit, Failure> {
     let files: Vec<Points> =
         args.recordings.iter().map(|path| points_at(path, map)).collect::<Result<_, _>>()?;
     let model = model_of(args, style)?;
@@ -50,6 +56,7 @@ pub(super) fn gap(args: &GapArgs, map: &Map, cli: &Shared, style: Style) -> Resu
         bar.finish_and_clear();
     }
     let mut investigation = found.map_err(|error| failure(&error))?;
+    investigation.finding.notes.extend(notes);
     if let Some((path, file)) = &model {
         change(&mut investigation.finding, path, file, args)?;
     }
