@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::arm::Pacing;
 use crate::trace::{DuringRow, Event, FluentRow, Measure, Observer, Outcome, StepRecord};
 use crate::units::Unit;
-use crate::workcell::{Ending, Run, State, TILTED, Water};
+use crate::workcell::{Displaced, Ending, Run, State, TILTED, Water};
 
 use super::{Style, complain, shown as plainly};
 
@@ -335,6 +335,16 @@ fn left_tilted(run: &Run) -> Option<&str> {
     (held_water && known.world_from_object?.tilt() > TILTED).then_some(held)
 }
 
+/// Words that a thing stands elsewhere, though nothing was to move it.
+fn displaced(thing: &Displaced) -> String {
+    format!(
+        "`{}` stands {:.0} mm (± {:.1} mm) from where it was seen before the run, and no step took or pushed it",
+        thing.object,
+        thing.by_m * 1e3,
+        thing.std_m * 1e3
+    )
+}
+
 /// Words how a run ended.
 pub fn ending(run: &Run, style: Style) -> String {
     let mut text = match run.outcome {
@@ -361,6 +371,9 @@ pub fn ending(run: &Run, style: Style) -> String {
             text,
             "\n  `{tilted}` is left tilted and may still run; `untilt({tilted})` brings it upright and weighs it"
         );
+    }
+    for thing in &run.displaced {
+        let _ = write!(text, "\n  {}", displaced(thing));
     }
     if let Some(water) = &run.water {
         let _ = write!(text, "\n  water on {}: {}", scales_of(&water.measured_by), volumes(water));

@@ -31,6 +31,7 @@ mod album;
 mod asking;
 mod attempt;
 mod choice;
+mod displaced;
 mod error;
 pub mod film;
 mod filming;
@@ -77,6 +78,7 @@ pub use roles::Fan;
 use roles::{Audience, Controls, Experience, Model, Setup};
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
+pub use displaced::Displaced;
 pub use error::{Error, InTwin, NoCorners, NoRun, WhatIf};
 pub use learning::Learnt;
 pub use needs::TILTED;

@@ -10,6 +10,7 @@ use crate::trace::{Outcome, StepRecord};
 use crate::vqa::Probe;
 use crate::world::WorldState;
 
+use super::displaced::Displaced;
 use super::matching::Matching;
 
 /// How a run ended.
@@ -168,6 +169,10 @@ pub struct Run {
     /// What the scales say at the end, where there are scales.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub water: Option<Water>,
+    /// What stands elsewhere than it was seen before the run, though no step took or pushed it. Records of older programs name
+    /// nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub displaced: Vec<Displaced>,
     /// The vessel on the scale whose reading was recorded while the arm moved, where there was one. Records of older
     /// programs do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -205,6 +210,7 @@ impl Run {
             rehearsals: Vec::new(),
             parse_graphs: Vec::new(),
             water: None,
+            displaced: Vec::new(),
             scale_under: None,
             stream: None,
             timing_s: Timing::default(),

@@ -16,6 +16,7 @@ use crate::trace::{Event, Observer};
 use crate::world::WorldState;
 
 use super::album::Album;
+use super::displaced::{ELSEWHERE, displaced};
 use super::filming::Filming;
 use super::matching::Matching;
 use super::record::Recorder;
@@ -179,6 +180,7 @@ impl WorkCell {
         if attempted.is_err() || run.outcome != Ending::Success {
             self.scripts.context().body().cut_short();
         }
+        run.displaced = displaced(self.scene(), start, &run.steps);
         let weighing = self.scales.as_mut().and_then(|scales| scales.weigh());
         let has_vessels = self.scene().objects.iter().any(|o| self.is_vessel(&o.name));
         if let Some(weighing) = weighing.as_ref().filter(|_| has_vessels) {
@@ -354,9 +356,6 @@ fn keep(run: &Run, recorder: Option<&SharedRecorder>) -> Result<(), Error> {
 
 /// Returns the things that stand elsewhere than at the start.
 fn moved(start: &WorldState, now: &WorldState) -> Vec<String> {
-    /// What a picture of the same thing in the same place may differ by, m: three standard deviations of a sighting
-    /// (0.3 to 1.6 mm in `docs/results.md`).
-    const ELSEWHERE: f64 = 0.005;
     let stands = now.objects.iter().filter(|object| now.held.as_ref() != Some(&object.name));
     let elsewhere = stands.filter(|object| {
         let before = start.object(&object.name).and_then(|known| known.world_from_object);

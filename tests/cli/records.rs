@@ -25,6 +25,21 @@ fn a_run_is_told_again_by_its_folder_its_name_or_its_number() {
 }
 
 #[test]
+fn what_a_run_moved_and_was_not_to_is_told() {
+    let scratch = Scratch::new("cli-displaced");
+    kept::lay_out(&scratch);
+    let file = scratch.path("runs/20260102-110000-pour/run.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let mut run: serde_json::Value = serde_json::from_str(&text).unwrap();
+    run["displaced"] = serde_json::json!([{"object": "cup", "by_m": 0.0234, "std_m": 0.0006}]);
+    std::fs::write(&file, run.to_string()).unwrap();
+    let said = scratch.trueup(&["replay", "3"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("`cup` stands 23 mm (± 0.6 mm) from where it was seen"), "{said:?}");
+    assert_eq!(scratch.trueup(&["replay", "3", "--json"]).json()["displaced"][0]["by_m"], 0.0234);
+}
+
+#[test]
 fn a_page_holds_all_of_a_run_and_needs_nothing_else() {
     let scratch = Scratch::new("cli-report");
     kept::lay_out(&scratch);
