@@ -128,7 +128,7 @@ fn right_squares_are_not_doubted() {
 #[test]
 fn positions_in_another_unit_are_named() {
     let rig = Rig::new(Mount::Wrist, &all_sides(10));
-    for times in [1000.0, 0.001, 100.0, 1.0 / 25.4] {
+    for times in [1000.0, 0.001, 100.0, 1.0 / 25.4, 1.0 / 0.0254, 0.0254] {
         let mut views = rig.views(&rig.board, 2);
         for view in &mut views {
             let mut pose = *view.base_from_flange.isometry();

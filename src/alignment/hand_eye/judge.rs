@@ -18,8 +18,8 @@ use super::types::{HandEye, LeftOut, Mount, Placed, Square, View, ViewFit};
 const SURE: f64 = 4.0;
 /// Squares within this part of what was said are as said: robots' own lengths are not much better known.
 const NEAR: f64 = 0.01;
-/// Units that are taken for each other: m, cm and mm, and inches for each of them.
-const UNITS: [f64; 5] = [1000.0, 100.0, 10.0, 25.4, 2.54];
+/// Units that are taken for each other: m, cm and mm, and inches for mm, cm and m.
+const UNITS: [f64; 6] = [1000.0, 100.0, 10.0, 25.4, 2.54, 1.0 / 0.0254];
 /// A ratio within this part of a unit's is that unit. Chosen: squares are seldom off by as much at the same time.
 const UNIT: f64 = 0.2;
 
