@@ -135,6 +135,23 @@ fn rendered_pictures_of_a_fixed_camera_and_what_its_table_gets_wrong() {
     let said = run("poses.csv", &["--json", "--camera", "wrist"]);
     assert!(said.error("help").contains("flange_from_base"), "{said:?}");
 
+    // Turns in rad under a header in deg are too small to tell anything; so are those of a wrist that stood still.
+    let row = |pose: &nalgebra::Isometry3<f64>, r: nalgebra::Vector3<f64>| {
+        let t = pose.translation.vector * 1e3;
+        format!("{},{},{},{},{},{}", t.x, t.y, t.z, r.x, r.y, r.z)
+    };
+    let header = "x[mm],y[mm],z[mm],rx[deg],ry[deg],rz[deg]";
+    let said = rig.said(9);
+    let turned: Vec<_> = said.iter().map(|pose| row(pose, pose.rotation.scaled_axis())).collect();
+    scratch.file("turned.csv", table(header, &turned));
+    let refused = run("turned.csv", &["--json"]);
+    assert_eq!(refused.error("code"), "align::poses", "{refused:?}");
+    assert!(refused.error("help").contains("its angles are in rad, not in deg"), "{refused:?}");
+    let still: Vec<_> = said.iter().map(|pose| row(pose, nalgebra::Vector3::x())).collect();
+    scratch.file("still.csv", table(header, &still));
+    let refused = run("still.csv", &["--json"]);
+    assert_eq!(refused.error("code"), "align::motions", "{refused:?}");
+
     // Fewer rows than pictures, and a table that cannot be read.
     scratch.file("short.csv", table(MM, &rows[..5]));
     let said = run("short.csv", &["--json"]);

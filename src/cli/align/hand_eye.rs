@@ -273,8 +273,25 @@ fn natural(a: &str, b: &str) -> Ordering {
     }
 }
 
-/// Words why there is no answer; for a table that does not fit, whether it would if it were read another way.
+/// Words why there is no answer; for a table that does not fit, or whose turns tell nothing, whether it would if it were read
+/// another way.
 fn failure(error: &Error, table: &Table, fits: &dyn Fn(&[FlangePose]) -> bool) -> Failure {
+    let reading = match error {
+        Error::NoFit { .. } | Error::NotTurned { .. } | Error::OneAxis { .. } => {
+            table.readings().into_iter().find(|(_, poses)| fits(poses)).map(|(reading, _)| reading)
+        }
+        _ => None,
+    };
+    if let Some(reading) = reading {
+        let message = match error {
+            Error::NoFit { .. } => error.to_string(),
+            _ => {
+                format!("poses and pictures do not belong together: as the table is read, {error}")
+            }
+        };
+        let help = format!("the table would fit if {reading}");
+        return Failure::input("align::poses", message).help(help);
+    }
     let turned = "take pictures with the wrist turned by 20 to 40 deg about two or more axes, the board in each";
     let code = match error {
         Error::TooFew { .. } | Error::NotTurned { .. } | Error::OneAxis { .. } => "align::motions",
@@ -298,16 +315,10 @@ fn failure(error: &Error, table: &Table, fits: &dyn Fn(&[FlangePose]) -> bool) -
             format!("the header says {unit}; {}", likely_unit(unit, *times))
         }
         Error::WhichMount { .. } => "say `--camera wrist` or `--camera fixed`".into(),
-        Error::NoFit { mount, .. } => {
-            let reading = table.readings().into_iter().find(|(_, poses)| fits(poses));
-            match reading {
-                Some((reading, _)) => format!("the table would fit if {reading}"),
-                None => format!(
-                    "does every row belong to its picture (without a column `file`, rows go with the pictures in the order of \
-                     their names)? Is the camera {mount}? Are the poses the flange's in the base, in the units of the header?"
-                ),
-            }
-        }
+        Error::NoFit { mount, .. } => format!(
+            "does every row belong to its picture (without a column `file`, rows go with the pictures in the order of \
+             their names)? Is the camera {mount}? Are the poses the flange's in the base, in the units of the header?"
+        ),
         Error::NoBoard { .. } | Error::Fit(_) => "is `--board` right? leave the picture out".into(),
     };
     Failure::input(code, error.to_string()).help(help)
@@ -339,5 +350,7 @@ mod tests {
         assert!(likely_unit("m", 1010.0).contains("x[mm]"));
         assert!(likely_unit("mm", 0.00098).contains("x[m]"));
         assert!(likely_unit("cm", 9.9).contains("x[mm]"));
+        assert!(likely_unit("m", 39.4).contains("x[in]"));
+        assert!(likely_unit("in", 0.0254).contains("x[m]"));
     }
 }
