@@ -66,7 +66,7 @@ impl LabSettings {
         for (joint, q) in self.start.q_rad.iter().enumerate() {
             within(&format!("start.q_rad[{joint}]"), *q, [-4.0 * PI, 4.0 * PI])?;
         }
-        size("start.opening_m", self.start.opening_m, 1.0)?;
+        size("start.opening_m", self.start.opening_m.unwrap_or(0.0), 1.0)?;
         size("scale.sigma_kg", self.scale.sigma_kg, 10.0)?;
         size("scale.step_kg", self.scale.step_kg, 10.0)?;
         for (number, thing) in self.clutter.iter().enumerate() {

@@ -151,7 +151,7 @@ impl Lab {
         let state = WorldState {
             time: 0.0,
             q,
-            opening: settings.start.opening_m,
+            opening: settings.start.opening_m.unwrap_or_else(|| robot.max_opening()),
             world_from_tool: Pose::identity(),
             held: None,
             objects: objects.collect(),

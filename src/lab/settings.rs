@@ -406,8 +406,9 @@ section! {
     Start {
         /// Joint angles, rad; empty means Kinova's home for a 7-joint arm, zeros for others.
         q_rad: Vec<f64> = Vec::new(),
-        /// Opening between the pads, m.
-        opening_m: f64 = 0.085,
+        /// Opening between the pads, m; left out, the jaws are as wide open as they go.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        opening_m: Option<f64> = None,
     }
 }
 

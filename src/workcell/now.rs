@@ -73,7 +73,7 @@ fn settings(state: &WorldState, q: &[f64]) -> (LabSettings, Vec<String>) {
             unlike.push(wording::stands_below(held));
         }
         None if !q.is_empty() => {
-            settings.start = Start { q_rad: q.to_vec(), opening_m: state.opening };
+            settings.start = Start { q_rad: q.to_vec(), opening_m: Some(state.opening) };
         }
         None => {}
     }

@@ -196,6 +196,20 @@ fn a_photo_is_noisy_and_the_next_one_differently() {
     assert!(mean.abs() < 0.05, "{mean}");
 }
 
+/// Of jaws that open 110 mm no pick was allowed: they began at 85 mm, and `gripper.open` asks for four fifths of what they can.
+#[test]
+fn jaws_begin_as_wide_open_as_they_go() {
+    let wide = kitchen::URDF.replace("upper=\"0.0425\"", "upper=\"0.055\"");
+    let wide = Robot::from_urdf(&wide, None).unwrap();
+    let opening = |robot: &Robot, settings: LabSettings| {
+        Lab::new(robot, &kitchen::scene(), with_places(settings), 1).unwrap().feedback().opening
+    };
+    assert!((opening(&wide, LabSettings::perfect()) - 0.110).abs() < 1e-3);
+    assert!((opening(&Robot::gen3(), LabSettings::perfect()) - 0.085).abs() < 1e-3);
+    let said = LabSettings::from_toml("[start]\nopening_m = 0.04\n").unwrap();
+    assert!((opening(&wide, said) - 0.04).abs() < 1e-3);
+}
+
 /// Where the marker ball appears in a photo.
 fn marker(lab: &mut Lab, scene: &Scene) -> Pixel {
     let photo = lab.photo();
