@@ -295,6 +295,9 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
         Why::TooWide { .. } | Why::NoSides => {
             "the hand does not get around it: take something narrower, or `push` it along the table"
         }
+        Why::FingersShort { .. } => {
+            "take it by a side where it is less deep, or `push` it along the table"
+        }
         Why::OverOutOfReach(over) => {
             return format!("move `{}` nearer to the arm", over.target);
         }

@@ -32,6 +32,11 @@ pub enum Why {
     },
     /// Fingers find no two sides opposite each other.
     NoSides,
+    /// The palm is against it before the fingers reach far enough round it.
+    FingersShort {
+        /// How much longer they would have to be, m.
+        by: f64,
+    },
     /// The arm does not reach.
     OutOfReach {
         /// The smallest distance between the goal and what the tool can reach, m.
@@ -222,6 +227,11 @@ impl std::fmt::Display for NoWay {
             Why::NoSides => {
                 write!(f, "fingers that close level find no two upright sides opposite each other")
             }
+            Why::FingersShort { by } => write!(
+                f,
+                "the fingers are {:.0} mm too short to reach far enough round it: the palm is against it before they do",
+                (by * 1e3).max(1.0)
+            ),
             Why::OutOfReach { nearest } if *nearest < FOLLOWED => {
                 write!(f, "the arm reaches it but cannot follow the straight way there and back")
             }

@@ -164,3 +164,21 @@ fn what_is_too_wide_from_above_alone_is_said_to_be_too_wide() {
     let NoWay { why: Why::TooWide { width, opening }, .. } = &error else { panic!("{error}") };
     assert!(*width > opening - 0.008 && *width < 0.1, "{error}");
 }
+
+/// A Panda and a can: "all 48 reachable ways touch something, mostly panda_hand with can", when nothing else was near. Here a box
+/// that is as deep as no hand reaches round: 60 mm from its middle, of which the palm is 30 mm behind the tool, drawn back by 22 mm
+/// at most, and 5 mm are left.
+#[test]
+fn fingers_that_are_too_short_for_a_thing_are_said_to_be() {
+    let mut cell = cell();
+    let mut scene = trueup::world::Scene::clone(&cell.scene);
+    let jar = scene.objects.iter_mut().find(|object| object.name == "jar").unwrap();
+    jar.shape = trueup::world::Shape::Cuboid { size: Vector3::new(0.12, 0.06, 0.14) };
+    cell.scene = Arc::new(scene);
+    let world = state(&HOME, [0.58, 0.15, 0.3]);
+    let planner = Planner::new(cell, world, HOME.to_vec(), 0.0, Arc::new(Budget::new(|| false)));
+    let error = planner.grasps("jar", 0.0).unwrap_err();
+    let NoWay { why: Why::FingersShort { by }, .. } = &error else { panic!("{error}") };
+    assert!((by - 0.013).abs() < 1e-6, "{error}");
+    assert!(error.to_string().contains("the fingers are 13 mm too short"), "{error}");
+}

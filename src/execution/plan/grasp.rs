@@ -144,6 +144,7 @@ impl Planner {
         }
         let mut dropped = Dropped::new();
         let mut ways: Vec<Lifted> = Vec::new();
+        let mut short = Short { grips: 0, by: f64::INFINITY };
         let lowest = self.lowest(pitch, pose.origin().z);
         let ahead = self.robot().fingers_ahead().unwrap_or(0.0);
         // Above the middle, where there is room for the wrist below and the lip stays free.
@@ -157,7 +158,7 @@ impl Planner {
                 let aside = Rotation2::new(yaw) * grip.middle;
                 let middle = pose.origin() + Vector3::new(aside.x, aside.y, height);
                 let middle = side_pose(middle, heading, pitch);
-                let Some(at) = self.clear_of_palm(&middle, o) else {
+                let Some(at) = self.clear_of_palm(&middle, o, &mut short) else {
                     dropped.tried += 1;
                     dropped.touches(self.palm_link(), o);
                     continue;
@@ -221,7 +222,7 @@ impl Planner {
         }
         let kept = spread(ways, &passes);
         if kept.is_empty() {
-            return Err(NoWay { what, why: dropped.why_no_grip(stroke) });
+            return Err(NoWay { what, why: short.why(dropped, stroke) });
         }
         Ok(kept)
     }
@@ -245,7 +246,12 @@ impl Planner {
     }
 
     /// Draws a grasp back until the palm stays clear of the object; `None` when the fingers are too short.
-    fn clear_of_palm(&self, at: &Pose<World, Tool>, o: &str) -> Option<Pose<World, Tool>> {
+    fn clear_of_palm(
+        &self,
+        at: &Pose<World, Tool>,
+        o: &str,
+        short: &mut Short,
+    ) -> Option<Pose<World, Tool>> {
         let object = self.cell.scene.object(o)?;
         let pose = self.state.object(o)?.world_from_object?;
         let palm = self.robot().palm()?;
@@ -270,7 +276,11 @@ impl Planner {
                 (self.robot().fingers_ahead()? - PAST_MIDDLE).clamp(0.0, MOST_BACK)
             }
         };
-        (back <= most).then(|| Pose::from_parts(at.origin() - at.axis(2) * back, at.rotation()))
+        if back > most {
+            *short = Short { grips: short.grips + 1, by: short.by.min(back - most) };
+            return None;
+        }
+        Some(Pose::from_parts(at.origin() - at.axis(2) * back, at.rotation()))
     }
 
     /// Returns how close the joints are to the ends of their ranges, 0 in the middle.
@@ -285,6 +295,28 @@ impl Planner {
                 ((q - middle) / half).abs().powi(STRAIN_POWER)
             })
             .sum()
+    }
+}
+
+/// Grips for which the fingers are too short: the palm is against the object before they reach far enough round it.
+struct Short {
+    /// How many there are.
+    grips: usize,
+    /// The least by which the fingers are too short, m.
+    by: f64,
+}
+
+impl Short {
+    /// Returns why there is no way between fingers that open so wide, m. Where a thing is in its own way alone, nobody can move that
+    /// away: the fingers are too short for it, or do not get where they are long enough.
+    fn why(&self, mut dropped: Dropped, opening: f64) -> Why {
+        if self.by.is_finite() && self.grips == dropped.blocked.values().sum::<usize>() {
+            if dropped.nearest.is_infinite() {
+                return Why::FingersShort { by: self.by };
+            }
+            dropped.blocked.clear();
+        }
+        dropped.why_no_grip(opening)
     }
 }
 
