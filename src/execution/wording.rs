@@ -360,6 +360,11 @@ pub(super) fn arm_fitted(used: usize, visited: usize, fit: &ArmFit) -> String {
     )
 }
 
+/// How many of the points to visit the camera does not see.
+pub(super) fn outside_picture(outside: usize) -> String {
+    if outside == 0 { String::new() } else { format!(", {outside} of them outside the picture") }
+}
+
 // What fails in a device that is ours.
 
 /// The laboratory's arm cannot be stepped.

@@ -7,7 +7,7 @@
 use std::panic::resume_unwind;
 use std::thread::{JoinHandle, spawn};
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use crate::alignment::ball::{BallSighting, find_marker_ball};
 use crate::alignment::camera_fit::{self, Refine, refine_camera};
@@ -61,15 +61,17 @@ pub enum Error {
     NoMarker,
     /// The arm's marker was seen too rarely.
     #[error(
-        "the marker ball was seen at {seen} of {reached} points that the arm came to, of {visited} in all; the offset needs at \
-         least {needed}"
+        "the marker ball was seen at {seen} of {reached} points that the arm came to, of {visited} in all{}; the offset needs at \
+         least {needed}", wording::outside_picture(*outside)
     )]
     Unseen {
         /// Where it was seen.
         seen: usize,
         /// Where it was looked for: the points that the arm came to.
         reached: usize,
-        /// The points that it was to come to.
+        /// The points at which the camera does not see it, by where camera and arm are thought to be.
+        outside: usize,
+        /// The points that it was to come to, and these.
         visited: usize,
         /// How many are needed.
         needed: usize,
@@ -260,7 +262,8 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
     };
     let visits = visits(&scene);
     let visited = visits.len();
-    let mut reached = 0;
+    let (mut reached, mut outside) = (0, 0);
+    let marker_in_tool = robot.flange_from_tool().inverse() * marker;
     for (n, at) in visits.into_iter().enumerate() {
         if stops.len() + usize::from(looking.is_some()) >= WANTED {
             stops.extend(found(&mut looking));
@@ -272,6 +275,13 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
             what: "touch-off".into(),
             fraction: (stops.len() as f64 / WANTED as f64).max(n as f64 / visited as f64),
         });
+        let ball_at = at * marker_in_tool;
+        let (camera, lens) = (calibration.camera, calibration.camera.intrinsics);
+        let shown = camera.project(ball_at);
+        outside += usize::from(shown.is_none_or(|pixel| !lens.contains(pixel)));
+        if around(&camera, ball_at, ball.radius).is_none() {
+            continue;
+        }
         // A point that cannot be reached among the objects, or that the limits refuse, is passed over.
         match context.visit(&at) {
             Ok(()) => {}
@@ -281,7 +291,7 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
         reached += 1;
         context.wait(REST)?;
         let Some(plate) = context.body().plate().map_err(ActionError::from)? else { continue };
-        let (camera, q) = (calibration.camera, context.reported_q()?);
+        let q = context.reported_q()?;
         let expected = robot.forward(&q).ok().and_then(|base_from_flange| {
             around(&camera, scene.world_from_base * (base_from_flange * marker), ball.radius)
         });
@@ -295,7 +305,8 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
     // Back to where it hid nothing.
     context.move_to(&start, None, BACK_SPEED)?;
     if stops.len() < arm::NEEDED {
-        return Err(Error::Unseen { seen: stops.len(), reached, visited, needed: arm::NEEDED });
+        let (seen, needed) = (stops.len(), arm::NEEDED);
+        return Err(Error::Unseen { seen, reached, outside, visited, needed });
     }
     let fit = arm::fit_arm(
         &robot,
@@ -320,10 +331,11 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
 /// told from shifts; at twice it points are behind the arm or out of its reach (0.9 m with the arm straight).
 const BEARINGS: [f64; 5] = [-0.55, -0.28, 0.0, 0.28, 0.55];
 const DISTANCES: [f64; 3] = [0.44, 0.54, 0.64];
-/// Heights of the points over the base, m, and how much higher the second round is. Chosen: from a grasp of a jar of
+/// Heights of the points over the table, m, and how much higher the second round is. Chosen: from a grasp of a jar of
 /// 14 cm lifted clear to where it is poured from; at half of it the hand is among the objects, at twice it the arm is
-/// where it never works, and joint 4 ends where a level hand is 0.275 m high at 0.5 m. A point that is out of reach
-/// is passed over.
+/// where it never works, and joint 4 ends where a level hand is 0.275 m high at 0.5 m (a base on the table). A point that
+/// is out of reach is passed over. The stdlib's three arms come to 27 to 30 of the thirty from a base 0.3 m below the table
+/// to 0.4 m over it.
 const HEIGHTS: [f64; 3] = [0.17, 0.23, 0.29];
 const HIGHER: f64 = 0.07;
 /// Turns of the hand from its bearing, rad, and its pitches: a zero of a joint or a gripper beside its place shows
@@ -336,7 +348,7 @@ const PITCHES: [f64; 2] = [0.0, 0.35];
 /// Points over the table, near and far, left and right, low and high, the hand ahead and aside, level and
 /// pitched down: as it will come to take and to pour, since an error is known where it was looked at.
 fn visits(scene: &Scene) -> Vec<Pose<World, Tool>> {
-    let base = scene.world_from_base.origin();
+    let base = scene.world_from_base.origin().xy();
     let mut visits = Vec::new();
     // The second round, higher and turned otherwise, is for what stands in the way of the first.
     for (round, higher) in [(0, 0.0), (1, HIGHER)] {
@@ -345,10 +357,62 @@ fn visits(scene: &Scene) -> Vec<Pose<World, Tool>> {
                 let height = HEIGHTS[(i + j) % HEIGHTS.len()] + higher;
                 let aside = ASIDE[(2 * i + 3 * j + 2 * round) % ASIDE.len()];
                 let pitch = PITCHES[(i + j) % PITCHES.len()];
-                let at = base + Vector3::new(reach * bearing.cos(), reach * bearing.sin(), height);
+                let at = base + reach * Vector2::new(bearing.cos(), bearing.sin());
+                let at = Vector3::new(at.x, at.y, height);
                 visits.push(super::plan::side_pose(at, bearing + aside, pitch));
             }
         }
     }
     visits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::{Intrinsics, Table};
+
+    fn scene(base: Vector3<f64>) -> Scene {
+        let (size, colour) = (Vector3::new(1.2, 0.8, 0.02), [200; 3]);
+        let lens = Intrinsics::centred(900.0, 1280, 720);
+        Scene {
+            name: "bench".into(),
+            table: Table { size, centre: [0.5, 0.0], colour },
+            marks: Vec::new(),
+            objects: Vec::new(),
+            drawers: Vec::new(),
+            camera_name: "overhead".into(),
+            camera: Camera::looking(
+                lens,
+                Vector3::new(1.25, 0.0, 0.85),
+                Vector3::new(0.6, 0.0, 0.05),
+            ),
+            person: None,
+            calibration: None,
+            robot: "gen3_2f85".into(),
+            world_from_base: Pose::upright(base.x, base.y, base.z, 0.0),
+        }
+    }
+
+    /// On a pedestal of 40 cm the hand was shown to a camera that looks at the table from beside it, where it saw none of 27 points;
+    /// of a base 20 cm below the table all but four were in the table.
+    #[test]
+    fn points_are_over_the_table_wherever_the_base_is() {
+        let on_table = visits(&scene(Vector3::zeros()));
+        for z in [0.4, -0.2] {
+            let base = Vector3::new(0.1, -0.2, z);
+            for (at, level) in visits(&scene(base)).iter().zip(&on_table) {
+                let by = at.origin() - level.origin();
+                assert!((by - Vector3::new(0.1, -0.2, 0.0)).norm() < 1e-12, "{by}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ball_that_may_be_at_the_rim_is_looked_for_and_one_far_outside_is_not() {
+        let camera = scene(Vector3::zeros()).camera;
+        let is_looked_for = |z: f64| around(&camera, Point::new(0.6, 0.0, z), 0.014).is_some();
+        assert!(is_looked_for(0.2));
+        // The picture ends at 0.49 m there.
+        assert!(is_looked_for(0.50) && !is_looked_for(0.60));
+    }
 }
