@@ -1,12 +1,17 @@
 //! What a sighting says in words: why a thing is not found, or why its place is in doubt.
 //!
-//! Places are on the table, m; lengths and shares come in m and as fractions, and are told in mm and %.
+//! Places on the table, lengths and shares come in m and as fractions, and are told in cm, mm and %.
 
 use crate::alignment::doubt::Meaning;
 use crate::alignment::placement::Candidate;
 
 /// A turn that is less sure than this is not seen, rad: 20 deg. Chosen: fingers still close on a box that is turned by less.
 const UNSEEN: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+/// A place on the table, as those of what was found are told.
+fn place(x: f64, y: f64) -> String {
+    format!("({:.1}, {:.1}) cm", 100.0 * x, 100.0 * y)
+}
 
 /// How a thing is turned, and that it is not seen where it may be turned otherwise as well.
 pub(super) fn turned(yaw: f64, std: f64) -> String {
@@ -23,8 +28,9 @@ pub(super) fn nothing_like_it(nearest: Option<&Candidate>) -> String {
         || "nothing in the picture looks like it".into(),
         |c| {
             format!(
-                "nothing in the picture looks like it: the best place, ({:.3}, {:.3}) m, scores {:.2}",
-                c.x, c.y, c.score.total
+                "nothing in the picture looks like it: the best place, {}, scores {:.2}",
+                place(c.x, c.y),
+                c.score.total
             )
         },
     )
@@ -33,9 +39,9 @@ pub(super) fn nothing_like_it(nearest: Option<&Candidate>) -> String {
 /// All that looks like it is another thing, or the arm.
 pub(super) fn is_something_else(at: &Candidate) -> String {
     format!(
-        "what looks most like it, at ({:.3}, {:.3}) m, is another thing that stands there, or the arm; \
+        "what looks most like it, at {}, is another thing that stands there, or the arm; \
          clear the view, or what hides it",
-        at.x, at.y
+        place(at.x, at.y)
     )
 }
 
@@ -55,19 +61,18 @@ pub(super) fn only_colour_tells(others: &[&str]) -> String {
 /// A rival is as good.
 pub(super) fn two_places(best: &Candidate, rival: &Candidate) -> String {
     format!(
-        "two places fit almost equally: ({:.3}, {:.3}) m and ({:.3}, {:.3}) m; \
-         clear the table or tell where to look",
-        best.x, best.y, rival.x, rival.y
+        "two places fit almost equally: {} and {}; clear the table or tell where to look",
+        place(best.x, best.y),
+        place(rival.x, rival.y)
     )
 }
 
 /// A part of the outline has no edge.
 pub(super) fn weak_part(at: &Candidate) -> String {
     format!(
-        "at ({:.3}, {:.3}) m a part of its outline has hardly an edge in the picture: {:.0} %; \
+        "at {} a part of its outline has hardly an edge in the picture: {:.0} %; \
          check its size and the table's place in the scene",
-        at.x,
-        at.y,
+        place(at.x, at.y),
         100.0 * at.score.weakest
     )
 }
@@ -75,10 +80,9 @@ pub(super) fn weak_part(at: &Candidate) -> String {
 /// Too little of the outline is in view.
 pub(super) fn hardly_in_view(at: &Candidate) -> String {
     format!(
-        "at ({:.3}, {:.3}) m only {:.0} % of its outline is in view, and it has no colour of its own; \
+        "at {} only {:.0} % of its outline is in view, and it has no colour of its own; \
          move it, or what hides it",
-        at.x,
-        at.y,
+        place(at.x, at.y),
         100.0 * at.score.visible
     )
 }
@@ -86,10 +90,9 @@ pub(super) fn hardly_in_view(at: &Candidate) -> String {
 /// Whole edges of the outline have none in the picture: their share of it.
 pub(super) fn missing_edges(at: &Candidate, share: f64) -> String {
     format!(
-        "at ({:.3}, {:.3}) m {:.0} % of its outline, whole edges, are not in the picture; \
+        "at {} {:.0} % of its outline, whole edges, are not in the picture; \
          check its height and size in the scene",
-        at.x,
-        at.y,
+        place(at.x, at.y),
         100.0 * share
     )
 }
@@ -123,19 +126,18 @@ pub(super) fn size_is_other(meaning: &Meaning, off: f64) -> String {
 
 /// The best place is beside the table.
 pub(super) fn off_the_table(at: &Candidate) -> String {
-    format!("the best place, ({:.3}, {:.3}) m, is not on the table", at.x, at.y)
+    format!("the best place, {}, is not on the table", place(at.x, at.y))
 }
 
 /// The picture's own cut is not the silhouette: their overlap.
 pub(super) fn cut_differs(at: &Candidate, overlap: Option<f64>) -> String {
     overlap.map_or_else(
-        || format!("at ({:.3}, {:.3}) m nothing stands out from its surroundings", at.x, at.y),
+        || format!("at {} nothing stands out from its surroundings", place(at.x, at.y)),
         |overlap| {
             format!(
-                "what stands out at ({:.3}, {:.3}) m has another outline: the two overlap by {:.0} %; \
+                "what stands out at {} has another outline: the two overlap by {:.0} %; \
                  check its shape and size in the scene",
-                at.x,
-                at.y,
+                place(at.x, at.y),
                 100.0 * overlap
             )
         },
@@ -145,9 +147,9 @@ pub(super) fn cut_differs(at: &Candidate, overlap: Option<f64>) -> String {
 /// Other places look as much like it: how far the best is ahead, as a score.
 pub(super) fn common_look(at: &Candidate, ahead: f64) -> String {
     format!(
-        "at ({:.3}, {:.3}) m it looks hardly more like it than other things in the picture do: \
+        "at {} it looks hardly more like it than other things in the picture do: \
          ahead by {ahead:.2}; clear the table or tell where to look",
-        at.x, at.y
+        place(at.x, at.y)
     )
 }
 
@@ -159,16 +161,16 @@ pub(super) fn another_place(at: &Candidate, behind: f64) -> String {
         "no better than".to_owned()
     };
     format!(
-        "at ({:.3}, {:.3}) m it fits {better} at another place; clear the table or tell where to look",
-        at.x, at.y
+        "at {} it fits {better} at another place; clear the table or tell where to look",
+        place(at.x, at.y)
     )
 }
 
 /// Another solid fits there better.
 pub(super) fn other_solid(at: &Candidate) -> String {
     format!(
-        "at ({:.3}, {:.3}) m a solid of another size or kind fits as well; check its shape in the scene",
-        at.x, at.y
+        "at {} a solid of another size or kind fits as well; check its shape in the scene",
+        place(at.x, at.y)
     )
 }
 
@@ -187,8 +189,8 @@ pub(super) fn no_front(tray: &str) -> String {
 /// The contour has no key points.
 pub(super) fn no_key_points(at: &Candidate) -> String {
     format!(
-        "at ({:.3}, {:.3}) m its contour does not show its corners or its rim; clear the view, or check its shape in the scene",
-        at.x, at.y
+        "at {} its contour does not show its corners or its rim; clear the view, or check its shape in the scene",
+        place(at.x, at.y)
     )
 }
 
@@ -213,9 +215,21 @@ pub(super) fn others_look_wrong(off: f64) -> String {
 /// The best place does not convince: shares of its outline with an edge, in all and at the weakest part.
 pub(super) fn not_convincing([x, y]: [f64; 2], edge: f64, weakest: f64) -> String {
     format!(
-        "the best place, ({x:.3}, {y:.3}) m, is not convincing: {:.0} % of the outline has an edge, \
+        "the best place, {}, is not convincing: {:.0} % of the outline has an edge, \
          the weakest part {:.0} %",
+        place(x, y),
         100.0 * edge,
         100.0 * weakest
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// "At (0.781, -0.004) m … believed to stand at (65.5, 8.8) cm", in one line.
+    #[test]
+    fn places_are_told_in_the_unit_of_those_that_were_found() {
+        assert!(not_convincing([0.781, -0.004], 0.5, 0.3).contains("(78.1, -0.4) cm"));
+    }
 }
