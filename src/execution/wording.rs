@@ -360,6 +360,11 @@ pub(super) fn arm_fitted(used: usize, visited: usize, fit: &ArmFit) -> String {
     )
 }
 
+/// What the arm does after the touch-off.
+pub(super) fn back_from_touch_off() -> String {
+    "back to where the arm stood before the touch-off".to_owned()
+}
+
 /// How many of the points to visit the camera does not see.
 pub(super) fn outside_picture(outside: usize) -> String {
     if outside == 0 { String::new() } else { format!(", {outside} of them outside the picture") }

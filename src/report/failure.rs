@@ -6,9 +6,8 @@
 use std::io;
 use std::path::Path;
 
+use super::uncalibrated::uncalibrated;
 use super::{Style, complain, diagnostics};
-use crate::alignment::vision;
-use crate::execution::calibrate;
 use crate::execution::error::ActionError;
 use crate::files::write;
 use crate::graph;
@@ -316,6 +315,13 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
         Why::IntoHeld { held, .. } => {
             return format!("put down what is in the hand first, with `place({held})`");
         }
+        Why::TooNear(near) if near.which == "goal" => {
+            return format!(
+                "{} has to be farther from {} there: let the arm begin elsewhere, as with another `home` in its robot's `robot.toml`, \
+                 or move what is near",
+                near.first, near.second
+            );
+        }
         Why::TooNear(_) => "make room around the arm, or bring it elsewhere first",
         Why::OffTable(_) => "name a place on the table, away from its edge",
         Why::NoFreePlace => "make room on the table: `put` something on something else",
@@ -327,41 +333,6 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
         Why::Stopped => "call it again",
     };
     help.to_owned()
-}
-
-/// Words why a cell could not be calibrated.
-fn calibration_failure(error: &calibrate::Error, words: String) -> Failure {
-    match error {
-        calibrate::Error::Picture(vision::Error::NoMarks { .. }) => {
-            Failure::no("align::failed", words)
-                .help("print more dots, spread over the table, and write their centres into the scene's `marks`")
-        }
-        calibrate::Error::Unseen { outside, visited, needed, .. } if visited - outside < *needed => {
-            Failure::no("align::failed", words).help(
-                "let the camera see more of what is over the table before the arm, and write into the scene's `camera` from where it \
-                 does; `--without-regression 3` does without it",
-            )
-        }
-        calibrate::Error::Unseen { reached, needed, .. } if reached < needed => {
-            Failure::no("align::failed", words).help(
-                "make room over the table before the arm; does the scene's `robot` stand where it says, at that height over the table? \
-                 `--without-regression 3` does without it",
-            )
-        }
-        calibrate::Error::Unseen { .. } | calibrate::Error::NoMarker => {
-            Failure::no("align::failed", words).help(
-                "is the ball on the link, at the place, of the size and colour that `[marker]` of the robot's `robot.toml` says, on a \
-                 side the camera sees? `--without-regression 3` does without it",
-            )
-        }
-        calibrate::Error::Picture(vision::Error::WrongSize { .. }) => {
-            Failure::unavailable("camera::picture", words).help(
-                "let the camera take pictures of that size, or give the scene's `camera` the size that it takes",
-            )
-        }
-        _ => Failure::no("align::failed", words)
-            .help("is the table in the picture, and do its dots match the scene's `marks`?"),
-    }
 }
 
 /// Words why a verb of the cell could not be done.
@@ -396,7 +367,7 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Robot(_) => Failure::input("scene::robot", words)
             .help("`--stdlib DIR` adds `DIR/robots/NAME/NAME.urdf` and its `robot.toml`"),
         Error::Lab(_) => Failure::input("lab::settings", words),
-        Error::Calibrate(error) => calibration_failure(error, words),
+        Error::Calibrate(error) => uncalibrated(error, words),
         Error::NotSeen(object) => Failure::no("camera::not_seen", words)
             .at(object.clone())
             .help("clear the view and try again; nothing has moved towards it"),
@@ -450,6 +421,8 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
             ActionError::Device(device) => {
                 Failure::unavailable("device", words).help(device.help())
             }
+            ActionError::NoWay(no_way) => Failure::no("run::action", words)
+                .help(way_out(&Cause::NoWay(no_way.clone()), None)),
             _ => Failure::no("run::action", words),
         },
     }
@@ -458,24 +431,12 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::{NoWay, Tilted};
+    use crate::trace::{NoWay, Tilted, TooNear};
     use crate::units::{Dimension, Quantity};
 
     fn unmet(condition: &str, margin: Option<f64>) -> Unmet {
         let margin = margin.map(|value| Quantity { value, dimension: Dimension::VOLUME });
         Unmet { condition: condition.into(), term: condition.into(), margin, numbers: None }
-    }
-
-    /// An arm that came to 4 of 30 points was asked about the colour of its ball.
-    #[test]
-    fn the_help_fits_why_the_marker_was_not_seen() {
-        let help = |seen, reached, outside| {
-            let error = calibrate::Error::Unseen { seen, reached, outside, visited: 30, needed: 6 };
-            calibration_failure(&error, error.to_string()).help.unwrap()
-        };
-        assert!(help(4, 4, 0).starts_with("make room over the table"));
-        assert!(help(0, 3, 28).starts_with("let the camera see more"));
-        assert!(help(0, 27, 4).starts_with("is the ball on the link"));
     }
 
     #[test]
@@ -494,6 +455,18 @@ mod tests {
         let says = "the goal is in collision: shoulder_link and jar overlap by 16.3 mm".into();
         let home = no_way(Why::IntoHeld { held, says });
         assert!(way_out(&home, None).ends_with("`place(jar)`"));
+        let near = |which: &str| {
+            let (first, second) = ("hand".into(), "table".into());
+            no_way(Why::TooNear(Box::new(TooNear {
+                which: which.into(),
+                first,
+                second,
+                apart: 0.002,
+                kept: 0.04,
+            })))
+        };
+        assert!(way_out(&near("goal"), None).starts_with("hand has to be farther from table"));
+        assert!(way_out(&near("start"), None).starts_with("make room around the arm"));
         let poured = Cause::Promise(unmet("volume(cup) >= 81 mL", Some(-27e-6)));
         let water = |spilt| InTwin { vessels: vec![("cup".into(), 54e-6)], spilt };
         assert!(way_out(&poured, Some(&water(25e-6))).contains("wider vessel"));

@@ -34,6 +34,7 @@ pub mod paper;
 pub mod parquet;
 pub mod plot;
 pub mod trials;
+mod uncalibrated;
 pub mod vqa;
 pub mod why;
 

@@ -23,7 +23,7 @@ use super::error::ActionError;
 use super::wording;
 use crate::arm::Plate;
 use crate::motion::robot::Marker;
-use crate::trace::Event;
+use crate::trace::{Event, NoWay};
 
 pub mod arm;
 
@@ -303,7 +303,12 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
     }
     stops.extend(found(&mut looking));
     // Back to where it hid nothing.
-    context.move_to(&start, None, BACK_SPEED)?;
+    context.move_to(&start, None, BACK_SPEED).map_err(|error| match error {
+        ActionError::NoWay(no_way) => {
+            ActionError::NoWay(NoWay { what: wording::back_from_touch_off(), ..no_way })
+        }
+        other => other,
+    })?;
     if stops.len() < arm::NEEDED {
         let (seen, needed) = (stops.len(), arm::NEEDED);
         return Err(Error::Unseen { seen, reached, outside, visited, needed });
