@@ -20,20 +20,18 @@ mod roadmap;
 mod straight;
 mod table;
 mod turn;
+mod way;
 mod work;
 
 use std::sync::Arc;
 
-use nalgebra::{Unit, Vector3};
+use nalgebra::Vector3;
 
 use crate::motion::Error;
 use crate::motion::budget::Budget;
 use crate::motion::collision::{CollisionWorld, Obstacle};
-use crate::motion::escape;
-use crate::motion::free;
 use crate::motion::ik::{self, Solver};
 use crate::motion::robot::Robot;
-use crate::motion::rrt::{self, Cone};
 use crate::motion::solid::Solid;
 use crate::motion::trajectory::{self, Trajectory};
 use crate::world::frame::{Base, Flange, Object, Tool, World};
@@ -49,6 +47,7 @@ pub use grasp::{Grasp, distance, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
 pub use push::{Leg, Push};
+pub use way::Way;
 pub(super) use work::lowest;
 pub use work::{Stir, Stroke, Wipe};
 
@@ -57,24 +56,11 @@ pub use work::{Stir, Stroke, Wipe};
 /// it is what [`follow`] lets a path use, so with less nothing would be left for the curve; twice as much takes 2 % of
 /// the range of joint 4, which limits where a level hand can be.
 const RESERVE: f64 = 0.03;
-/// The same for free motions, whose corners are cut on the inside: half a degree, rad. Chosen: with half of it a
-/// curve timed along a path that runs at the end of a range may be refused by the limits; more than half of
-/// [`RESERVE`] (0.86 deg) it may not be, or a free motion could not come to where a way that [`follow`] found begins.
-const END_RESERVE: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// How much higher than the limits ask plans keep the tool above the table, m: corners are cut, and the arm
 /// is a little beside where it is sent. Chosen: with half of it the limits, which ask for 5 mm, refuse ways that were
 /// planned; with twice as much nothing is gained, since a hand grasps no lower than 55 mm, and what was
 /// put down low may not be let go.
 const ABOVE_FLOOR: f64 = 0.01;
-
-/// A free motion in two stretches, with a rest between.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Way {
-    /// Out of where something is touched, rad; one point where nothing is.
-    pub out: Vec<Vec<f64>>,
-    /// On from there, rad.
-    pub on: Vec<Vec<f64>>,
-}
 
 /// What is called that was seen on the table and no scene declares.
 const UNKNOWN: &str = "something unknown";
@@ -95,12 +81,6 @@ const SWEEP: usize = 24;
 /// a joint by about 0.01 rad, far below [`JUMP`]. Chosen: with half of it every straight line costs twice as much to
 /// check; a jaw is 14 mm thick, and with twice as much it could be 5 mm deep in something between two looks.
 const STRAIGHT_STEP: f64 = 0.005;
-/// What is in the hand may be off by so much, m: things put on others by a hand were 8 to 19 mm off (`docs/results.md`), and a
-/// jar that was led over the rim of a cup at less caught it and pulled it over.
-const SLID: f64 = 0.010;
-/// What looking for a way with that much room may cost, in units of a [`Budget`]: a second. All that a pour plans costs half of it.
-const CAREFUL: u64 = 20_000_000;
-
 /// Plans from one state of the world.
 pub struct Planner {
     cell: Cell,
@@ -313,62 +293,9 @@ impl Planner {
         Some((name, self.state.world_from_tool.inverse() * pose))
     }
 
-    /// Returns the way from where the arm is to `q`, round everything in the way; `tilt` bounds the angle,
-    /// rad, of what is in the hand from upright. Where something is touched already, the arm is led away from
-    /// it first. What is in the hand keeps 10 mm from everything where there is such a way.
-    pub fn free(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Way, NoWay> {
-        if self.in_hand().is_some() && self.doubt < SLID {
-            let whole = Arc::clone(&self.budget);
-            let budget = Arc::new(Budget::of(CAREFUL, move || whole.spend(1).is_err()));
-            let (cell, state) = (self.cell.clone(), self.state.clone());
-            let careful = Self::new(cell, state, self.q.clone(), SLID, budget);
-            if let Ok(way) = careful.free_within(q, tilt, seed)
-                && way.out.len() <= 1
-            {
-                return Ok(way);
-            }
-        }
-        self.free_within(q, tilt, seed)
-    }
-
     /// Returns the robot among all that stands still, as it is now.
     pub fn world(&self) -> CollisionWorld<'_> {
         self.obstacles(&[], self.state.opening)
-    }
-
-    /// Returns the cone that what is in the hand is to stay in: within `tilt` rad of upright; none with an empty hand.
-    pub fn cone(&self, tilt: Option<f64>) -> Option<Cone> {
-        let (Some((_, tool_from_object)), Some(max_angle)) = (self.in_hand(), tilt) else {
-            return None;
-        };
-        let up = self.cell.scene.world_from_base.inverse().rotation() * Vector3::z();
-        let axis = (self.robot().flange_from_tool() * tool_from_object).axis(2);
-        Some(Cone {
-            axis_in_flange: Unit::new_normalize(axis),
-            up_in_base: Unit::new_normalize(up),
-            max_angle,
-        })
-    }
-
-    fn free_within(&self, q: &[f64], tilt: Option<f64>, seed: u64) -> Result<Way, NoWay> {
-        let (world, cone) = (self.world(), self.cone(tilt));
-        let goals = [rrt::short_way(self.robot(), &self.q, q)];
-        let robot = self.robot().clone().with_reserve(END_RESERVE, &[&self.q, &goals[0]]);
-        let solver = Solver::new(&robot);
-        let settings = rrt::Settings::seeded(seed);
-        // An arm that is caught is told by the search what it touches.
-        let out = escape::leave(&solver, &world, &self.q, cone.as_ref(), &self.budget);
-        let out = out.unwrap_or_else(|| vec![self.q.clone()]);
-        let start = out.last().unwrap_or(&self.q);
-        let (means, cone) = (self.cell.means, cone.as_ref());
-        let found =
-            free::plan(means, &solver, &world, start, &goals, cone, &settings, &self.budget);
-        match found {
-            Ok(path) => Ok(Way { out, on: path.corners }),
-            Err(error) => {
-                Err(NoWay { what: "to get there".to_owned(), why: self.why_no_path(error) })
-            }
-        }
     }
 
     /// Returns whether the limits let a dense path pass: a smooth curve through points that keep inside a joint's
