@@ -372,6 +372,19 @@ impl<'a> CollisionWorld<'a> {
         found
     }
 
+    /// Returns the obstacles that are nearer than the margin and `room` m more at `q`, each with its smallest signed
+    /// distance, m. `q` must have one entry per joint.
+    pub fn nearby(&self, q: &[f64], room: f64) -> BTreeMap<&str, f64> {
+        let mut found = BTreeMap::new();
+        for (pair, distance) in self.touching(q, room) {
+            if let Pair::Obstacle(_, obstacle) = pair {
+                let least = found.entry(&*self.obstacles[obstacle].0).or_insert(distance);
+                *least = distance.min(*least);
+            }
+        }
+        found
+    }
+
     /// Returns how far, m, any point of the robot may move between two configurations at most.
     pub fn displacement(&self, from: &[f64], to: &[f64]) -> f64 {
         from.iter().zip(to).zip(&self.reach).map(|((a, b), reach)| (a - b).abs() * reach).sum()

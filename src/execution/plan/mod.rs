@@ -23,6 +23,7 @@ mod turn;
 mod way;
 mod work;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -89,6 +90,8 @@ pub struct Planner {
     q: Vec<f64>,
     /// How far the arm may be from where it says, m: so much room is left around objects.
     doubt: f64,
+    /// Around these it is less than that, m.
+    near: BTreeMap<String, f64>,
     /// What was taken last, and where it stood then, x and y, m.
     taken: Option<(String, [f64; 2])>,
     /// What all that is asked of this planner may cost, and who may end it.
@@ -99,7 +102,7 @@ pub struct Planner {
 #[derive(Debug, Default)]
 struct Dropped {
     tried: usize,
-    blocked: std::collections::BTreeMap<String, usize>,
+    blocked: BTreeMap<String, usize>,
     nearest: f64,
     /// The smallest width between fingers that do not open so wide, m.
     narrowest: f64,
@@ -114,7 +117,7 @@ impl Planner {
         doubt: f64,
         budget: Arc<Budget<'static>>,
     ) -> Self {
-        Self { cell, state, q, doubt, taken: None, budget }
+        Self { cell, state, q, doubt, near: BTreeMap::new(), taken: None, budget }
     }
 
     /// Knows what was taken last, and where it stood then, x and y, m.
@@ -204,6 +207,11 @@ impl Planner {
         Ok(path)
     }
 
+    /// How much room is left around something, m: so much larger than it is it is taken.
+    fn room_around(&self, name: &str) -> f64 {
+        self.near.get(name).copied().unwrap_or(self.doubt)
+    }
+
     /// What is in the way now: the table and every object whose place is known, but for `except`, and
     /// what is in the hand.
     fn obstacles(&self, except: &[&str], opening: f64) -> CollisionWorld<'_> {
@@ -224,7 +232,7 @@ impl Planner {
         let centre: Pose<World, Object> =
             Pose::upright(table.centre[0], table.centre[1], -table.size.z / 2.0, 0.0);
         // An arm that is elsewhere than it says is lower than it says as well.
-        let grown = Vector3::repeat(self.doubt);
+        let grown = Vector3::repeat(self.room_around("table"));
         let slab = Solid::Cuboid { half: table.size / 2.0 + grown };
         world.add(&Obstacle::new("table", slab, *(base_from_world * centre).isometry()));
         // The arm is bolted to the table.
@@ -232,23 +240,24 @@ impl Planner {
         let held = self.in_hand();
         for object in &scene.objects {
             let in_hand = held.as_ref().is_some_and(|(name, _)| *name == object.name);
+            let room = self.room_around(&object.name);
             let known = self.state.object(&object.name).and_then(|o| o.world_from_object);
             if let Some(pose) = known.filter(|_| !in_hand && !except.contains(&&*object.name)) {
                 let pose = base_from_world * pose;
                 if vessel == Some(&*object.name) && object.cavity.is_some() {
-                    for (solid, at) in hollow::walls(object, self.doubt) {
+                    for (solid, at) in hollow::walls(object, room) {
                         world.add(&Obstacle::new(&object.name, solid, pose.isometry() * at));
                     }
                     continue;
                 }
-                for solid in Obstacle::of_object(&object.name, &object.shape, self.doubt, pose) {
+                for solid in Obstacle::of_object(&object.name, &object.shape, room, pose) {
                     world.add(&solid);
                 }
             }
             if let Some(pose) = known.filter(|_| !in_hand && !except.contains(&&*object.name)) {
                 for (at, shape) in self.bars(object) {
                     let pose = base_from_world * Pose::new(pose.isometry() * at);
-                    for solid in Obstacle::of_object(&object.name, &shape, self.doubt, pose) {
+                    for solid in Obstacle::of_object(&object.name, &shape, room, pose) {
                         world.add(&solid);
                     }
                 }
@@ -262,8 +271,8 @@ impl Planner {
             let (shape, stands, within) = other.form.as_ref().map_or_else(bound, |form| {
                 (form.shape.clone(), form.world_from_object, form.within)
             });
-            let (doubt, stands) = (self.doubt + within, base_from_world * stands);
-            for solid in Obstacle::of_object(UNKNOWN, &shape, doubt, stands) {
+            let (room, stands) = (self.room_around(UNKNOWN) + within, base_from_world * stands);
+            for solid in Obstacle::of_object(UNKNOWN, &shape, room, stands) {
                 world.add(&solid);
             }
             world.ignore(TOOL, UNKNOWN);
