@@ -14,6 +14,7 @@ use crate::language::text;
 use crate::trace::{Cause, Line, Outcome, Place, StepFailure, Unmet};
 use crate::world::{Scene, WorldState};
 
+use super::context::Brushed;
 use super::decisions::Ended;
 use super::done::{Done, FluentReading};
 use super::during::{Cut, During, Held, unmet};
@@ -94,6 +95,11 @@ impl<'a> Walker<'a> {
             self.scripts.context().past().ahead.clear();
         }
         done
+    }
+
+    /// Returns what free motions moved farthest since this was asked last, if they moved anything.
+    pub fn take_brushed(&mut self) -> Option<Brushed> {
+        self.scripts.context().take_brushed()
     }
 
     /// Carries out one step with nothing beside it but conditions that must hold throughout.

@@ -279,6 +279,10 @@ fn summary(rehearsal: &Rehearsal) -> Tried {
         failed: rehearsal
             .failure()
             .map(|(index, failure)| format!("{}: {failure}", pg.steps[index].text)),
+        brushed: rehearsal
+            .brushed
+            .as_ref()
+            .map(|(index, brushed)| wording::brushed(&pg.steps[*index].text, brushed)),
     }
 }
 

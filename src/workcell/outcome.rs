@@ -108,6 +108,9 @@ pub struct Tried {
     /// Where and why it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,
+    /// In which step a free motion moved something that it was not to touch, what, and how far.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brushed: Option<String>,
 }
 
 /// What a run's scripts are there for, read off the words they use.

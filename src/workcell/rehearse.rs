@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::arm::Cancel;
 use crate::execution::cell::Cell;
-use crate::execution::context::{ActionContext, Memory};
+use crate::execution::context::{ActionContext, Brushed, Memory};
 use crate::execution::decisions::DecisionLog;
 use crate::execution::error::ActionError;
 use crate::execution::refusal::Refusal;
@@ -66,6 +66,8 @@ pub struct Worth {
     pub success: bool,
     /// Water on the table at the end, m³.
     pub spilt: f64,
+    /// How far a free motion moved something that it was not to touch, m.
+    pub brushed: f64,
     /// How far it came, from 0 to 1.
     pub progress: f64,
     /// Arm time it took, s.
@@ -75,14 +77,17 @@ pub struct Worth {
 impl Worth {
     /// Returns whether nothing could be better but the time.
     fn is_clean(&self) -> bool {
-        self.success && self.spilt <= 0.0
+        self.success && self.brushed <= 0.0 && self.spilt <= 0.0
     }
 
-    /// Returns one number to sort by, less is better: success, then spill, then time.
+    /// Returns one number to sort by, less is better: success, then what was brushed, then spill, then time.
     fn cost(&self) -> f64 {
         let failed = if self.success { 0.0 } else { 1e6 * (2.0 - self.progress) };
+        // What is brushed in the twin may be knocked over by the arm: more than any rehearsal takes and any vessel spills.
+        let is_brushed = self.success && self.brushed > 0.0;
+        let brushed = if is_brushed { 1e5 * (1.0 + self.brushed) } else { 0.0 };
         // A millilitre on the table is worth a quarter of a minute.
-        failed + self.spilt * 1e6 * 15.0 + self.time
+        failed + brushed + self.spilt * 1e6 * 15.0 + self.time
     }
 }
 
@@ -101,6 +106,8 @@ pub struct Rehearsal {
     pub glimpses: Vec<Vec<Glimpse>>,
     /// Every decision.
     pub log: DecisionLog,
+    /// What a free motion moved farthest that it was not to touch, and in which step.
+    pub brushed: Option<(usize, Brushed)>,
     /// What it is worth.
     pub worth: Worth,
 }
@@ -238,7 +245,7 @@ impl Rehearsals<'_> {
         let start =
             super::picture::view(&twin.lock().unwrap_or_else(PoisonError::into_inner), self.look);
         let (mut steps, mut views, mut glimpses) = (Vec::new(), Vec::new(), Vec::new());
-        let mut success = true;
+        let (mut success, mut brushed) = (true, None::<(usize, Brushed)>);
         let next_step = || {
             let time = twin.lock().unwrap_or_else(PoisonError::into_inner).time();
             let mut watch = watch.lock().unwrap_or_else(PoisonError::into_inner);
@@ -251,6 +258,11 @@ impl Rehearsals<'_> {
             if let Some(overload) = overload.filter(|_| step.outcome == Outcome::Success) {
                 step.outcome = Outcome::Failure;
                 step.failure = Some(Cause::Overloaded(overload).into());
+            }
+            if let Some(found) = walker.take_brushed()
+                && brushed.as_ref().is_none_or(|(_, known)| found.by > known.by)
+            {
+                brushed = Some((index, found));
             }
             success = step.outcome == Outcome::Success;
             steps.push(step);
@@ -265,16 +277,36 @@ impl Rehearsals<'_> {
         let planned = candidate.pg.steps.len().saturating_sub(candidate.from).max(1);
         let worth = Worth {
             success,
+            brushed: brushed.as_ref().map_or(0.0, |(_, brushed)| brushed.by),
             spilt: state.spilt.unwrap_or(0.0),
             progress: steps.len() as f64 / planned as f64,
             time: state.time - self.state.time,
         };
         let log = scripts.context().log().clone();
-        let rehearsal = Rehearsal { candidate, steps, start, views, glimpses, log, worth };
+        let rehearsal = Rehearsal { candidate, steps, start, views, glimpses, log, brushed, worth };
         if let Some(shown) = shown {
             let failed = rehearsal.failure().map(|(_, failure)| failure.to_string());
             shown.tell(rehearsal.views.last().cloned(), Some(failed.map_or(Ok(()), Err)));
         }
         Ok(rehearsal)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hand that brushed a can in the twin knocked it over on the table.
+    #[test]
+    fn a_plan_that_brushes_something_is_worse_than_one_that_does_not_and_better_than_one_that_fails()
+     {
+        let clean = Worth { success: true, spilt: 0.0, brushed: 0.0, progress: 1.0, time: 11.0 };
+        let slow = Worth { spilt: 50e-6, time: LONGEST, ..clean };
+        let brushes = Worth { brushed: 0.004, ..clean };
+        let topples = Worth { brushed: 0.2, ..clean };
+        let fails = Worth { success: false, progress: 0.9, ..clean };
+        let ranked = [clean, slow, brushes, topples, fails].map(|worth| worth.cost());
+        assert!(ranked.is_sorted_by(|a, b| a < b), "{ranked:?}");
+        assert!(clean.is_clean() && !brushes.is_clean());
     }
 }

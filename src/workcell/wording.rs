@@ -5,6 +5,7 @@
 use std::fmt::Display;
 
 use crate::alignment::marks::NEEDED;
+use crate::execution::context::Brushed;
 use crate::fluent::Score;
 use crate::language::Diagnostic;
 use crate::language::ast::{EffectItem, Span};
@@ -58,11 +59,23 @@ pub(super) fn recovering(path: &str) -> String {
     format!("recovering: {path}")
 }
 
+/// That the arm moved something that it was to go past, in which step.
+pub(super) fn brushed(step: &str, brushed: &Brushed) -> String {
+    format!("{step} moves `{}` by {:.1} mm on its way", brushed.object, brushed.by * 1e3)
+}
+
+/// The same, after how a rehearsal went.
+fn beside(tried: &Tried) -> String {
+    tried.brushed.as_ref().map(|brushed| format!("; {brushed}")).unwrap_or_default()
+}
+
 /// How a rehearsal went.
 pub(super) fn went(tried: &Tried) -> String {
     match &tried.failed {
         None => {
-            format!("succeeded, {:.1} mL spilt, {:.0} s on the arm", tried.spilt_ml, tried.time_s)
+            let brushed = beside(tried);
+            let (spilt, time) = (tried.spilt_ml, tried.time_s);
+            format!("succeeded, {spilt:.1} mL spilt, {time:.0} s on the arm{brushed}")
         }
         Some(why) => format!("failed at {why}"),
     }
@@ -74,7 +87,8 @@ pub(super) fn plans((succeeded, all): (usize, usize), branches: &str, best: &Tri
         String::new()
     } else {
         let way = if branches.is_empty() { "the best" } else { branches };
-        format!("; {way}: {:.1} mL spilt, {:.0} s on the arm", best.spilt_ml, best.time_s)
+        let (spilt, time, brushed) = (best.spilt_ml, best.time_s, beside(best));
+        format!("; {way}: {spilt:.1} mL spilt, {time:.0} s on the arm{brushed}")
     };
     let s = if all == 1 { "" } else { "s" };
     format!("{succeeded} of {all} simulated plan{s} succeeded{chosen}")

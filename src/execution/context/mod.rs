@@ -4,10 +4,11 @@
 //! the twin survived, through [`crate::arm::limits`]. Both work with the cell as the regressions found it. The
 //! words are bound to rhai in [`super::script`]; planning itself is in [`super::plan`].
 //!
-//! `ask` looks, plans and chooses, `motion` moves the arm, `moving` past what moves by itself, `cartesian` its tool in the world, `feel` until something is
+//! `ask` looks, plans and chooses, `motion` moves the arm, `brushed` tells what a free motion moved, `moving` past what moves by itself, `cartesian` its tool in the world, `feel` until something is
 //! felt, `hand` the fingers.
 
 mod ask;
+mod brushed;
 mod cartesian;
 mod feel;
 mod hand;
@@ -40,6 +41,8 @@ use super::refusal::Refusal;
 use super::timing::Past;
 use super::wording;
 use crate::arm::Cancel;
+
+pub use brushed::Brushed;
 
 /// What actions remember for later actions, by name.
 pub type Memory = BTreeMap<String, Dynamic>;
@@ -83,6 +86,8 @@ struct RunState {
     /// Joint torques beyond the model's at rest before something was felt last, N·m.
     rest: Option<Vec<f64>>,
     past: Past,
+    /// What free motions moved farthest since that was asked last.
+    brushed: Option<Brushed>,
     /// What moves by itself near the arm.
     around: moving::Around,
 }
@@ -153,6 +158,7 @@ impl ActionContext {
                 felt: false,
                 rest: None,
                 past: Past::default(),
+                brushed: None,
                 around: moving::Around::default(),
             },
             step: StepState::default(),

@@ -107,9 +107,13 @@ impl ActionContext {
         refused.map_or(Ok(()), |limit| Err(limit.into()))
     }
 
-    /// `arm.move_to(q)`, `arm.carry_to(q, tilt, speed)`: a free motion round everything in the way, with the
-    /// hand within `tilt` rad of upright when that is asked for.
-    pub fn move_to(&mut self, q: &[f64], tilt: Option<f64>, speed: f64) -> Result<(), ActionError> {
+    /// Goes to `q` as [`Self::move_to`] does, whatever is moved by that.
+    pub(super) fn go_to(
+        &mut self,
+        q: &[f64],
+        tilt: Option<f64>,
+        speed: f64,
+    ) -> Result<(), ActionError> {
         let way = if let Some(out) = self.logged_path()? {
             Way { out, on: self.logged_path()?.unwrap_or_default() }
         } else {
