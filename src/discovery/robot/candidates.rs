@@ -16,7 +16,7 @@ use crate::discovery::selection::{Candidate, Set, sum_of_squares};
 /// formulas than names. Chosen: a factor of 400 in odds.
 const UNNAMED: f64 = 12.0;
 
-/// Where the creep of dry friction begins to be fitted, rad/s: slow against any motion on purpose.
+/// Where the creep of dry friction, a formula's as well, begins to be fitted, rad/s: slow against any motion on purpose.
 const CREEP: f64 = 1e-3;
 
 /// An axis nearer to the vertical than this is along it, rad: machines are set up with a level.
@@ -277,12 +277,16 @@ fn formulas(edges: &[f64], orders: &[f64], closed: bool) -> Vec<(Law, Vec<Vec<f6
         (Law::Above, edges),
         (Law::Below, edges),
         (Law::LoadRipple, &orders[..orders.len().min(1)]),
-        (Law::FadingDry, &FADES),
         (Law::FadingFluid, &FADES),
     ];
     let shapes = shapes.into_iter().filter(|(_, shapes)| !shapes.is_empty());
     let shapes = shapes.map(|(law, shapes)| (law, shaped(law, shapes)));
-    shapes.chain(words.into_iter().map(|word| (Law::Feature(word), Vec::new()))).collect()
+    let fading = FADES.iter().map(|time| vec![0.0, *time, CREEP]).collect();
+    let of_word = |word: Feature| {
+        let starts = if word.is_friction() { vec![vec![0.0, CREEP]] } else { Vec::new() };
+        (Law::Feature(word), starts)
+    };
+    shapes.chain([(Law::FadingDry, fading)]).chain(words.into_iter().map(of_word)).collect()
 }
 
 /// Returns the law doing nothing in each of the given shapes; its last parameter is the shape.

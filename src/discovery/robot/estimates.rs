@@ -68,7 +68,10 @@ fn names(law: Law) -> Vec<(&'static str, &'static str)> {
         Law::LoadRipple => vec![("amplitude", ""), ("order", ""), ("phase", "rad")],
         Law::Periodic => vec![("amplitude", "N*m"), ("frequency", "Hz"), ("phase", "rad")],
         Law::Hysteresis => vec![("torque", "N*m"), ("width", "rad"), ("n", "")],
-        Law::Feature(feature) => vec![("coefficient", unit(feature))],
+        Law::Feature(feature) => {
+            let creep = feature.is_friction().then_some(("creep", "rad/s"));
+            std::iter::once(("coefficient", unit(feature))).chain(creep).collect()
+        }
         _ => law.specs().iter().map(|spec| (spec.name, spec.unit)).collect(),
     }
 }
@@ -84,8 +87,8 @@ fn values(law: Law, p: &[f64]) -> Vec<f64> {
         Law::Ripple | Law::LoadRipple | Law::Periodic => {
             vec![p[0].hypot(p[1]), p[2], p[1].atan2(p[0])]
         }
-        // A formula is told as it stands in the equation: what the sensor shows more.
-        Law::Feature(_) => vec![-p[0]],
+        // A formula is told as it stands in the equation: what the sensor shows more. Friction is fitted as it resists.
+        Law::Feature(feature) if !feature.is_friction() => vec![-p[0]],
         Law::Above | Law::Below => vec![-p[0], p[1]],
         // The exponent is part of the law: it is not fitted.
         Law::Hysteresis => vec![p[0], p[1], 2.0],

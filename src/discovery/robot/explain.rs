@@ -135,7 +135,8 @@ impl ArmGap {
                 let creep = self.train.iter().fold(own[3], |creep, model| {
                     creep.max(model.course.speed_error.get(term.joint).copied().unwrap_or(0.0))
                 });
-                own[1] > PART * level && own[2] > creep
+                // And a peak on no level is the corner of friction that another law has.
+                own[1] > PART * level && level > PART * own[1] && own[2] > creep
             }
             _ => true,
         }
@@ -373,6 +374,11 @@ impl Residuals for ArmGap {
 
     fn asks_for_size(&self) -> bool {
         true
+    }
+
+    fn base(&self, term: &Term) -> Option<usize> {
+        // A peak stands on friction that stays at speed, unless the model has that already.
+        (term.law == Law::Stribeck && self.dry_known(term.joint) <= 0.0).then_some(0)
     }
 
     fn unexplained(&self, set: Set, term: &Term) -> f64 {

@@ -336,14 +336,17 @@ impl Law {
                 spec("cosine", "N*m", 0.05, ANY, Some(0.0)),
                 spec("frequency", "Hz", 2e-3, (0.01, 500.0), None),
             ],
-            Self::Feature(_) => vec![spec("coefficient", "", 0.05, ANY, Some(0.0))],
+            Self::Feature(feature) => {
+                let coefficient = spec("coefficient", "", 0.05, ANY, Some(0.0));
+                if feature.is_friction() { vec![coefficient, creep] } else { vec![coefficient] }
+            }
             Self::LoadRipple => vec![
                 spec("sine", "", 0.01, ANY, Some(0.0)),
                 spec("cosine", "", 0.01, ANY, Some(0.0)),
                 spec("order", "", 0.02, (0.3, 400.0), None),
             ],
             // What fades within a few rows, or over hours, is something else.
-            Self::FadingDry => vec![torque, spec("time", "s", 0.5, (0.5, 1e3), None)],
+            Self::FadingDry => vec![torque, spec("time", "s", 0.5, (0.5, 1e3), None), creep],
             Self::FadingFluid => vec![
                 spec("coefficient", "N*m*s/rad", 0.1, UP, Some(0.0)),
                 spec("time", "s", 0.5, (0.5, 1e3), None),
@@ -411,15 +414,21 @@ impl Term {
     }
 }
 
-/// Returns the sign of a speed, smooth through standstill: the arm's speed noise must not decide it.
-pub fn softly(dq: f64) -> f64 {
-    (dq / 0.01).tanh()
-}
-
 impl Feature {
-    /// Returns the feature's value where the joint bears `load`, N·m.
+    /// Returns whether it is dry friction, whose level goes by a state: it gives way about standstill as all dry friction does, and
+    /// resists the motion where its coefficient is positive.
+    pub fn is_friction(self) -> bool {
+        matches!(
+            self,
+            Self::FrictionTimesDistance
+                | Self::FrictionTimesSine
+                | Self::FrictionTimesCosine
+                | Self::FrictionTimesLoad
+        )
+    }
+
+    /// Returns the feature's value where the joint bears `load`, N·m; of friction without the sign of the speed.
     pub fn value(self, q: f64, dq: f64, time: f64, load: f64) -> f64 {
-        let sign = || softly(dq);
         match self {
             Self::Square => q * q,
             Self::Sine(k) => (k * q).sin(),
@@ -430,10 +439,10 @@ impl Feature {
             Self::Decay(tau) => (-time / tau).exp(),
             Self::Time => time,
             Self::One => 1.0,
-            Self::FrictionTimesDistance => sign() * q.abs(),
-            Self::FrictionTimesSine => sign() * q.sin(),
-            Self::FrictionTimesCosine => sign() * q.cos(),
-            Self::FrictionTimesLoad => sign() * load.abs(),
+            Self::FrictionTimesDistance => q.abs(),
+            Self::FrictionTimesSine => q.sin(),
+            Self::FrictionTimesCosine => q.cos(),
+            Self::FrictionTimesLoad => load.abs(),
         }
     }
 }

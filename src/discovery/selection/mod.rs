@@ -191,6 +191,13 @@ pub trait Residuals: Sync {
         false
     }
 
+    /// Returns on which of an effect's numbers its others stand, by its place among them: an effect without it is none, however sure
+    /// the others are.
+    fn base(&self, term: &Self::Term) -> Option<usize> {
+        let _ = term;
+        None
+    }
+
     /// Returns how much of what the sensors of an effect leave on a set, in squares of their noise, no explanation takes away:
     /// what is smaller than a part of that ([`Options::matter`]) is not named, however sure it is.
     fn unexplained(&self, set: Set, term: &Self::Term) -> f64 {

@@ -34,7 +34,8 @@ fn sizes<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>, at: usize) -> Vec<(usiz
     own.collect()
 }
 
-/// Returns whether a number of an effect, or all of them together as the amplitude of a wave is, exceeds what it is uncertain by.
+/// Returns whether a number of an effect, or all of them together as the amplitude of a wave is, exceeds what it is uncertain by,
+/// and so does the one that the others stand on.
 fn is_sure<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>, at: usize) -> bool {
     let sizes = sizes(gap, h, at);
     let exceeds = |size: f64, variance: f64| size.abs() > DETERMINED * variance.max(0.0).sqrt();
@@ -44,7 +45,10 @@ fn is_sure<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>, at: usize) -> bool {
     let part = |&(_, size, scale): &(usize, f64, f64)| size / (scale * scale * whole);
     let pairs = sizes.iter().flat_map(|a| sizes.iter().map(move |b| (a, b)));
     let variance = pairs.map(|(a, b)| part(a) * part(b) * h.covariance[(a.0, b.0)]).sum::<f64>();
-    sizes.is_empty() || sizes.iter().any(by_itself) || exceeds(whole, variance)
+    let base = gap.base(&h.terms[at]).map(|place| begins(gap, h, at) + place);
+    let stands = |own: &(usize, f64, f64)| base != Some(own.0) || by_itself(own);
+    let is_there = sizes.is_empty() || sizes.iter().any(by_itself) || exceeds(whole, variance);
+    is_there && sizes.iter().all(stands)
 }
 
 /// Returns whether a number of one effect trades against one of another.
@@ -66,7 +70,7 @@ mod tests {
     use super::super::{Candidate, ParameterSpec, Set};
     use super::*;
 
-    /// Effects of one number; the third is a wave, of two and its order.
+    /// Effects of one number; the third is a wave, of two and its order, the fourth a level with a peak on it.
     struct Sizes;
 
     impl Residuals for Sizes {
@@ -82,7 +86,11 @@ mod tests {
                 least: 0.0,
             };
             let of_one = vec![size(Some(0.0))];
-            if *term == 2 { vec![size(Some(0.0)), size(Some(0.0)), size(None)] } else { of_one }
+            match term {
+                2 => vec![size(Some(0.0)), size(Some(0.0)), size(None)],
+                3 => vec![size(Some(0.0)), size(Some(0.0))],
+                _ => of_one,
+            }
         }
 
         fn residuals(&self, _: Set, _: &[u8], _: &[f64]) -> Option<Vec<f64>> {
@@ -99,6 +107,10 @@ mod tests {
 
         fn asks_for_size(&self) -> bool {
             true
+        }
+
+        fn base(&self, term: &u8) -> Option<usize> {
+            (*term == 3).then_some(0)
         }
     }
 
@@ -129,6 +141,16 @@ mod tests {
         assert_eq!(least_sure(&Sizes, &apart), Some(0));
         let sure = outcome(vec![0, 1], vec![7.0, 5.0], of(-3.9), [3e2, 1e2]);
         assert_eq!(least_sure(&Sizes, &sure), None);
+    }
+
+    #[test]
+    fn a_peak_on_a_level_of_nothing_is_none() {
+        let found = |level| {
+            let (parameters, covariance) = (vec![90.0, level, 9.0], DMatrix::identity(3, 3));
+            least_sure(&Sizes, &outcome(vec![0, 3], parameters, covariance, [3e2, 1e2]))
+        };
+        assert_eq!(found(4.0), None);
+        assert_eq!(found(0.5), Some(1));
     }
 
     /// A wave whose phase is unsure, because its order is, still has an amplitude.

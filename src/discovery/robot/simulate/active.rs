@@ -11,7 +11,7 @@ use super::super::chain::{Chain, MOST_JOINTS, PointMass};
 use super::super::channels::Quantity;
 use super::super::term::{Law, Term};
 use super::Model;
-use super::friction::{Dry, Loop, Smooth};
+use super::friction::{By, Dry, Loop, Smooth};
 
 /// The effects sorted by where they act.
 pub(super) struct ActiveEffects {
@@ -88,9 +88,11 @@ impl ActiveEffects {
             peak,
             velocity,
             creep,
+            by: By::Nothing,
         };
+        let even = |level, creep| dry(level, level, 0.0, 1.0, creep);
         match term.law {
-            Law::Coulomb | Law::SmoothCoulomb => self.dry.push(dry(p[0], p[0], 0.0, 1.0, p[1])),
+            Law::Coulomb | Law::SmoothCoulomb => self.dry.push(even(p[0], p[1])),
             Law::Asymmetric => self.dry.push(dry(p[0], p[1], 0.0, 1.0, p[2])),
             Law::Stribeck => self.dry.push(dry(p[0], p[0], p[1], p[2], p[3])),
             Law::Viscous => self.smooth.push((j, Smooth::Viscous(p[0]))),
@@ -105,6 +107,9 @@ impl ActiveEffects {
             }
             Law::Stiffness => self.smooth.push((j, Smooth::Stiffness(p[0]))),
             Law::CubicStiffness => self.smooth.push((j, Smooth::Cubic(p[0]))),
+            Law::Feature(feature) if feature.is_friction() => {
+                self.dry.push(Dry { by: By::State(feature), ..even(p[0], p[1]) });
+            }
             Law::Feature(feature) => self.smooth.push((j, Smooth::Feature(feature, p[0]))),
             Law::Above => self.smooth.push((j, Smooth::Above(p[0], p[1]))),
             Law::Below => self.smooth.push((j, Smooth::Below(p[0], p[1]))),
@@ -112,7 +117,7 @@ impl ActiveEffects {
                 let ripple = Smooth::LoadRipple { sine: p[0], cosine: p[1], order: p[2] };
                 self.smooth.push((j, ripple));
             }
-            Law::FadingDry => self.smooth.push((j, Smooth::FadingDry(p[0], p[1]))),
+            Law::FadingDry => self.dry.push(Dry { by: By::Fading(p[1]), ..even(p[0], p[2]) }),
             Law::FadingFluid => self.smooth.push((j, Smooth::FadingFluid(p[0], p[1]))),
             Law::Hysteresis => {
                 self.loops.push(Loop { joint: j, torque: p[0], width: p[1], z: 0.0 });

@@ -145,7 +145,9 @@ pub(super) fn measured(model: &Model, active: &ActiveEffects) -> Motion {
             motor[j] += each.torque * each.z;
         }
         for (dry, bend) in &dry {
-            motor[dry.joint] += dry.level(dq[dry.joint], dq[dry.joint]) * bend[row];
+            let j = dry.joint;
+            let here = dry.at(q[j], dq[j], time - data.time[0], load[j]);
+            motor[j] += here.level(dq[j], dq[j]) * bend[row];
         }
         for j in 0..n {
             let at = row * n + j;

@@ -95,13 +95,14 @@ pub(super) fn simulate(model: &Model, active: &ActiveEffects, own: &[f64]) -> Op
         if run.row == course.data.n_rows() {
             break;
         }
-        let mut friction = run.pushes(time - course.data.time[0]);
+        let since = time - course.data.time[0];
+        let mut friction = run.pushes(since);
         // The bodies are where the path says; only a path that is the command's own comes as late.
         let bodies = if course.follows_command { here } else { GridPoint::at(&course.plant, time) };
         let mut ddq = run.accelerations(bodies, &friction);
         let inverse = run.inverse_mass(bodies);
         run.thick_fluid(inverse, &mut ddq, &mut friction);
-        run.dry_friction(inverse, &mut ddq, &mut friction);
+        run.dry_friction(since, inverse, &mut ddq, &mut friction);
         run.gaps(inverse, &mut ddq, &friction);
         run.advance(&ddq, &friction);
         if !run.q[..course.plant.n].iter().all(|angle| angle.abs() < 1e4) {
@@ -283,14 +284,16 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Dry friction, joint by joint.
-    fn dry_friction(&self, inverse: &[f64], ddq: &mut Joints, friction: &mut Joints) {
+    /// Dry friction, joint by joint, `time` s after the first row.
+    fn dry_friction(&self, time: f64, inverse: &[f64], ddq: &mut Joints, friction: &mut Joints) {
         let n = self.course.plant.n;
         for dry in &self.active.dry {
             let j = dry.joint;
             let own = inverse[j * n + j] * self.tick;
             let free = self.dq[j] + self.tick * ddq[j];
-            let torque = dry.held(self.dq[j], free, own, (self.tick, self.stop));
+            let now = &self.now;
+            let here = dry.at(now.q[j], now.dq[j], time, now.load[j]);
+            let torque = here.held(self.dq[j], free, own, (self.tick, self.stop));
             friction[j] += torque;
             Self::push(inverse, ddq, n, j, torque);
         }

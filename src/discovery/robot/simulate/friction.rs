@@ -3,7 +3,7 @@
 //! Dry friction holds a joint that it can hold: the torque that would stop the joint within a step,
 //! limited to the friction's level, as in a contact solver. Source: Stewart and Trinkle 1996.
 
-use super::super::term::{Feature, softly};
+use super::super::term::Feature;
 
 /// Beyond this `tanh` is 1 and `exp(-x)` of 1 is nothing, to double precision: both are called for every joint of every row.
 const FADED: f64 = 40.0;
@@ -11,6 +11,17 @@ const FADED: f64 = 40.0;
 /// Returns `tanh x`.
 pub(super) fn bent(x: f64) -> f64 {
     if x.abs() > FADED { x.signum() } else { x.tanh() }
+}
+
+/// What the level of dry friction goes by.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum By {
+    /// Nothing: it stays.
+    Nothing,
+    /// It fades as a gear warms up, within so many s.
+    Fading(f64),
+    /// A state of the joint.
+    State(Feature),
 }
 
 /// Dry friction: level over speed, per direction.
@@ -27,9 +38,21 @@ pub(super) struct Dry {
     /// Whether it gives way evenly and then holds its level (a contact solver's friction) rather than
     /// bending smoothly.
     pub(super) sharp: bool,
+    /// What its level goes by.
+    pub(super) by: By,
 }
 
 impl Dry {
+    /// Returns it as it is at a moment, its level that of a joint at `q` that bears `load`, N·m.
+    pub(super) fn at(&self, q: f64, dq: f64, time: f64, load: f64) -> Self {
+        let part = match self.by {
+            By::Nothing => return *self,
+            By::Fading(tau) => (-time / tau).exp(),
+            By::State(feature) => feature.value(q, dq, time, load),
+        };
+        Self { forward: part * self.forward, backward: part * self.backward, ..*self }
+    }
+
     /// Returns the torque against the motion, its peak judged at `dq`, its creep at `speed`.
     pub(super) fn torque(&self, dq: f64, speed: f64) -> f64 {
         -self.level(dq, speed) * bent(speed / self.creep)
@@ -110,7 +133,6 @@ pub(super) enum Smooth {
     Above(f64, f64),
     Below(f64, f64),
     LoadRipple { sine: f64, cosine: f64, order: f64 },
-    FadingDry(f64, f64),
     FadingFluid(f64, f64),
 }
 
@@ -136,7 +158,6 @@ impl Smooth {
                 let (s, c) = (order * q).sin_cos();
                 load * (sine * s + cosine * c)
             }
-            Self::FadingDry(c, tau) => -c * softly(dq) * (-time / tau).exp(),
             Self::FadingFluid(c, tau) => -c * dq * (-time / tau).exp(),
             Self::Feature(feature, c) => c * feature.value(q, dq, time, load),
         }
