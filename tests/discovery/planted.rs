@@ -163,6 +163,24 @@ fn friction_that_fades_is_as_sharp_as_any() {
     assert!((number(effect, "time").0 - 5.0).abs() < 0.25, "{:?}", effect.parameters);
 }
 
+/// A sensor that shows nothing was a drive whose torque ends at 0.001 N·m.
+#[test]
+fn a_torque_sensor_that_is_dead_is_no_saturation() {
+    let mut recordings = [recording("control_a"), recording("control_b")];
+    for recording in &mut recordings {
+        recording.sidecar.controller = None;
+        recording.columns.retain(|column| !column.name.starts_with("tcp"));
+        let dead = recording.columns.iter_mut().find(|column| column.name == "tau_2").unwrap();
+        for (row, value) in dead.values.iter_mut().enumerate() {
+            *value = 0.1 * (row as f64 * row as f64).sin();
+        }
+    }
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding;
+    assert!(found.effects.iter().all(|e| e.name != "saturation"), "{:?}", found.effects);
+}
+
 /// The turned tracker again, seen through the tip alone: still a doubt, and no motion proposed, because
 /// none would settle it.
 #[test]

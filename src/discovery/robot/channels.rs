@@ -270,6 +270,12 @@ impl Data {
         let found = self.channels.iter().find(|c| c.quantity == quantity && c.index == index);
         found.map(|channel| &channel.values[..])
     }
+
+    /// Returns at how many rows a joint's torque sensor shows more than `limit`, N·m, either way, and how many rows it has.
+    pub fn above(&self, joint: usize, limit: f64) -> (usize, usize) {
+        let shown = self.measured(Quantity::Torque, joint).unwrap_or(&[]);
+        (shown.iter().filter(|tau| tau.abs() > limit).count(), shown.len())
+    }
 }
 
 /// The noise of a channel of which nothing is said is this many times larger.

@@ -49,7 +49,7 @@ const NARROW: f64 = 1.05;
 /// A sensor that leaves no more than this many times its noise is described: noise is known to a tenth.
 const DESCRIBED: f64 = 1.1;
 
-/// An angle nearer to the end of its range than this part of it is at the end.
+/// A number nearer to the end of its range than this part of it is at the end.
 const WITHIN: f64 = 0.99;
 
 /// A law of friction is right to this part of it and no better: what it has beyond its special case is more than that.
@@ -340,6 +340,15 @@ impl Residuals for ArmGap {
                 let specs = term.law.specs();
                 let mut angles = specs.iter().zip(parameters);
                 return angles.all(|(spec, angle)| angle.abs() < WITHIN * spec.range.1);
+            }
+            // At the end of its range, or where the sensor mostly shows more, it only takes the joint's torque away.
+            Law::Saturation => {
+                let (least, most) = self.specs(term)[0].range;
+                let rows =
+                    self.train.iter().map(|m| m.course.data.above(term.joint, parameters[0]));
+                let (above, all) = rows.fold((0, 0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
+                return (least / WITHIN..WITHIN * most).contains(&parameters[0])
+                    && 2 * above <= all;
             }
             // One as narrow as may be is none.
             Law::Hysteresis if self.is_along() => {
