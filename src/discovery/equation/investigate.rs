@@ -85,9 +85,16 @@ pub fn investigate(
     let name = compiled.name.clone();
     let mut notes: Vec<String> = recordings.iter().flat_map(|r| r.notes.clone()).collect();
     let mut bench = prepare(&compiled, recordings, options, &mut notes)?;
-    let blow = |NoFit { blow_up }: NoFit| match blow_up {
-        Some(b) => Error::BlowUp { what: b.what, t: b.t },
-        None => Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() },
+    // What no sensor shows lets any model run away.
+    let no_reading = || {
+        let inputs = || compiled.inputs.iter().map(|(name, _)| name);
+        let outputs = || compiled.outputs.iter().map(|output| &output.name);
+        recordings.iter().find_map(|recording| recording.no_reading(inputs().chain(outputs())))
+    };
+    let blow = |NoFit { blow_up }: NoFit| match (no_reading(), blow_up) {
+        (Some(flaw), _) => Error::Recording(flaw),
+        (None, Some(b)) => Error::BlowUp { what: b.what, t: b.t },
+        (None, None) => Error::TooShort { rows: recordings.iter().map(Recording::n_rows).sum() },
     };
     let mut nominal = baseline(&mut bench, text, &name, options.seed).map_err(blow)?;
     free_starts(&mut bench, &mut nominal, &name, options.seed, &mut notes);

@@ -83,6 +83,16 @@ pub enum Flaw {
         /// How many others there are.
         n: usize,
     },
+    /// A value of a column is larger than any sensor shows.
+    #[error("`{value:e}`{} at t = {t} s is more than any sensor shows", .is.map_or(String::new(), |unit| format!(" {}", unit.si())))]
+    NoReading {
+        /// The value, SI.
+        value: f64,
+        /// What it measures, where the column says.
+        is: Option<Dimension>,
+        /// When, s.
+        t: f64,
+    },
     /// The text is no CSV.
     #[error("not a table: {why}")]
     NoTable {
@@ -317,6 +327,9 @@ impl Flaw {
             Self::NotFinite { .. } => {
                 "put a `#` before such lines to leave them out, or fill them from their neighbours \
                  if you know that is right"
+            }
+            Self::NoReading { .. } => {
+                "check such values and the unit of the column; a `#` before a line leaves it out"
             }
             Self::NoTable { is, .. } => {
                 return format!("{is} a CSV file with one header line");

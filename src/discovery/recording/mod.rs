@@ -30,6 +30,9 @@ pub use map::Map;
 pub(super) use sheet::Sheet;
 pub use sidecar::Sidecar;
 
+/// No sensor shows more than this, SI; chosen: a thousand times the stress, Pa, at which the best steel gives way.
+const MOST_SHOWN: f64 = 1e12;
+
 impl Recording {
     /// Reads a recording: the text of its CSV file, of the sidecar beside it if there is one, and how
     /// the columns are to be called.
@@ -155,6 +158,17 @@ impl Recording {
             return Err(flaw.at(format!("{}:{}, column `{name}`", self.name, first.line)));
         }
         Ok(&column.values)
+    }
+
+    /// Returns what is wrong with the first of some columns in which a value is larger than any sensor shows, if there is one.
+    pub fn no_reading<'n>(&self, names: impl Iterator<Item = &'n String>) -> Option<Error> {
+        let of_name = |name: &String| self.columns.iter().find(|column| column.name == *name);
+        names.filter_map(of_name).find_map(|column| {
+            let row = column.values.iter().position(|value| value.abs() > MOST_SHOWN)?;
+            let (value, t) = (column.values[row], self.time[row]);
+            let flaw = Flaw::NoReading { value, is: column.unit.map(|unit| unit.dimension), t };
+            Some(flaw.at(format!("{}, column `{}`", self.name, column.name)))
+        })
     }
 
     /// Returns the columns `stem_1` to `stem_n`, or `None` if there is not one of them. A joint's column may also be one

@@ -205,6 +205,13 @@ fn a_model_that_blows_up_and_one_with_mistakes_are_errors() {
         "model m {\n    input u\n    state x = 1\n    x' = 5*x^2 + u\n    output y = x\n}\n";
     let error = ask(runaway, &recordings).unwrap_err();
     assert!(matches!(error, Error::BlowUp { .. }), "{error}");
+    // Any model runs away on what no sensor shows: it is the table's.
+    let mut absurd = recordings.clone();
+    let column = absurd[0].columns.iter_mut().find(|column| column.name == "u").unwrap();
+    column.values.iter_mut().skip(40).for_each(|value| *value = 1e18);
+    let Error::Recording(error) = ask(CART, &absurd).unwrap_err() else { panic!() };
+    assert!(error.what.contains("more than any sensor shows"), "{error:?}");
+    assert!(error.place.ends_with("column `u`") && error.what.contains("1e18"), "{error:?}");
     let mistaken = CART.replace("gain*u", "gian*u");
     let Error::Model { diagnostics } = ask(&mistaken, &recordings).unwrap_err() else { panic!() };
     assert_eq!(diagnostics[0].code, "task::unknown_name");
