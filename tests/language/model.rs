@@ -73,6 +73,28 @@ fn units_follow_from_those_that_are_given() {
     assert_eq!(units.of("y"), Some(Dimension::LENGTH));
 }
 
+/// The formula that `gap` found was written with it, and could not be read again.
+#[test]
+fn a_unit_with_nothing_above_the_line_is_read() {
+    let of = |guess: &str| {
+        let model = model(&format!(
+            "model m {{\ninput u\nparam k = free ~ {guess}\nstate x = 0\nx' = k*u\noutput y = x\n}}\n"
+        ));
+        let StartValue::Free(Some(guess)) = &model.params[0].value else { panic!("{model:#?}") };
+        guess.quantity
+    };
+    let per_second = Dimension::FREQUENCY;
+    assert_eq!(of("1 1/s^2").dimension, per_second / Dimension::TIME);
+    let found = of("-1.506 1/m/s^2");
+    assert_eq!(found.dimension, per_second / Dimension::TIME / Dimension::LENGTH);
+    assert!((found.value + 1.506).abs() < 1e-12, "{found:?}");
+    assert!((of("3 1/min").value - 0.05).abs() < 1e-12);
+    let found = parse("model m {\ninput u\nparam k = free ~ 1 1/sec\n}\n").1;
+    assert_eq!(found[0].code, "task::operator", "{found:#?}");
+    let help = found[0].help.as_deref().unwrap();
+    assert!(help.starts_with("`1/sec` is not a unit; units: "), "{help}");
+}
+
 #[test]
 fn a_model_without_units_has_nothing_to_object_to() {
     assert!(

@@ -390,6 +390,14 @@ mod tests {
         for name in rule.split('|').map(|part| part.trim().trim_matches('"')) {
             assert!(Unit::parse(name).is_ok(), "the table lacks `{name}`");
         }
+        for unit in ["1/s", "1/s^2", "1/m/s^2", "1/(N*m)", "rad/(N*m)"] {
+            let text = format!("5 {unit}");
+            assert_eq!(TaskParser::parse(Rule::quant, &text).unwrap().as_str(), text);
+        }
+        for number in ["51/s", "5e1/s", "5 1/x", "5 1"] {
+            let read = TaskParser::parse(Rule::quant, number).unwrap();
+            assert!(read.as_str().bytes().all(|byte| byte != b'/' && byte != b' '), "{read}");
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@ use super::super::diagnostic::Diagnostic;
 use super::grammar::Place;
 use super::lexer::{Kind, Token, tokens};
 use super::words::{ITEMS, MODEL, RESERVED, STEPS, ToOriginal, nearest};
+use crate::units::known_units;
 
 /// Words that a condition follows.
 const CONDITIONS: &[&str] = &["needs", "keeps", "gives", "check"];
@@ -369,7 +370,10 @@ const MODEL_HABITS: &[Habit] = &[
         code: "task::operator",
         message: |w| format!("there is no operator before `{}`", w.text(0)),
         label: "expected `*`, `/`, `+` or `-`",
-        help: |_| "a product is written with `*`".into(),
+        help: |w| match (w.text(0), w.text(1)) {
+            ("1", "/") => format!("`1/{}` is not a unit; units: {}", w.text(2), known_units()),
+            _ => "a product is written with `*`".into(),
+        },
     },
     Habit {
         is_met: |w| w.is(0, Kind::Word) && !w.begins_like_a_model() && w.text(1) == "=",
