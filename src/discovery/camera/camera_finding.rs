@@ -77,8 +77,10 @@ fn effects(
     options: &Options,
 ) -> (Vec<Effect>, Vec<String>) {
     let all = CameraGap { data: gap.data.all_fitted(), known: gap.known.clone() };
+    // What leaves its range once all points are fitted keeps the numbers by which it was judged.
     let last = |h: &Hypothesis<Law>| {
         selection::refit(&all, h.terms.clone(), h.parameters.clone(), h.surcharges.clone())
+            .filter(|h| selection::is_sensible(&all, h))
             .unwrap_or_else(|| h.clone())
     };
     let best = &outcome.best;

@@ -131,6 +131,12 @@ impl Residuals for CameraGap {
         found
     }
 
+    /// A number that ran to the end of its range is that of something else.
+    fn is_sensible(&self, term: &Law, parameters: &[f64]) -> bool {
+        let specs = self.specs(term);
+        !specs.iter().zip(parameters).any(|(spec, value)| spec.has_run_out(*value))
+    }
+
     fn compatible(&self, a: &Law, b: &Law) -> bool {
         match (a, b) {
             (Law::Feature(_), Law::Feature(_)) => a != b,

@@ -33,9 +33,6 @@ pub(super) struct HeldGap {
     pub(super) known: (Vec<Term>, Vec<f64>),
 }
 
-/// The part of a range that counts as its end.
-const END: f64 = 1e-3;
-
 /// A slip that comes to less than this in all is not told from a hand that bends, m.
 const LEAST: f64 = 1e-3;
 
@@ -248,15 +245,8 @@ impl Residuals for HeldGap {
 
     /// A number that ran to the end of its range is that of something else.
     fn is_sensible(&self, term: &Term, parameters: &[f64]) -> bool {
-        let is_inside = |(spec, value): (&ParameterSpec, &f64)| {
-            let room = END * (spec.range.1 - spec.range.0);
-            let is_near = |a: f64, b: f64| (a - b).abs() < room;
-            let is_at = |end: f64| {
-                is_near(*value, end) && spec.neutral.is_none_or(|none| !is_near(none, end))
-            };
-            !is_at(spec.range.0) && !is_at(spec.range.1)
-        };
-        self.specs(term).iter().zip(parameters).all(is_inside)
+        let specs = self.specs(term);
+        !specs.iter().zip(parameters).any(|(spec, value)| spec.has_run_out(*value))
     }
 
     fn compatible(&self, a: &Term, b: &Term) -> bool {

@@ -60,6 +60,20 @@ pub struct ParameterSpec {
     pub least: f64,
 }
 
+/// A number nearer to the end of its range than this part of it is at the end.
+const END: f64 = 1e-3;
+
+impl ParameterSpec {
+    /// Returns whether a value has run to an end of its range at which the effect is there: what fits lies beyond it, and is
+    /// something else.
+    pub fn has_run_out(&self, value: f64) -> bool {
+        let (low, high) = self.range;
+        let is_near = |a: f64, b: f64| (a - b).abs() < END * (high - low);
+        let is_there = |end: f64| self.neutral.is_none_or(|none| !is_near(none, end));
+        [low, high].into_iter().any(|end| is_there(end) && is_near(value, end))
+    }
+}
+
 /// Which data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {

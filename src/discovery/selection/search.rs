@@ -35,6 +35,7 @@ pub fn search<G: Residuals>(
         let unnamed = grown.unnamed;
         let mut outcome = grown.outcome(gap, options, nothing.clone(), progress);
         outcome.best = plain(gap, outcome.best.clone(), &mut outcome);
+        outcome.rivals.retain(|rival| is_sensible(gap, &rival.hypothesis));
         steadied(gap, &mut outcome, options);
         // One less each time.
         let weakest = least_sure(gap, &outcome).or_else(|| least_steady(&outcome));

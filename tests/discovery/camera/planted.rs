@@ -2,7 +2,7 @@
 
 use trueup::discovery::finding::{Finding, Verdict};
 
-use super::{Shot, Truth, asked, assert_number, found, names, posed, unposed};
+use super::{FOCAL, Shot, Truth, asked, assert_number, found, names, posed, unposed};
 
 /// Two pictures of the table, the second held out.
 fn of_table(truth: &Truth, tops: bool) -> Finding {
@@ -151,6 +151,14 @@ fn what_has_no_name_gets_a_formula() {
     assert!(finding.effects[0].equation.contains("x^2*y"), "{}", finding.effects[0].equation);
     assert_number(&finding.effects[0], "coefficient", 0, 25.0);
     assert!(finding.model.added[0].starts_with("// unknown at camera: u += "));
+}
+
+/// A picture that is turned over left to right is no focal length, however short.
+#[test]
+fn a_number_at_the_end_of_its_range_is_not_named() {
+    let truth = Truth { strange: |x, _| (-2.0 * FOCAL * x, 0.0), ..Truth::default() };
+    let finding = of_table(&truth, true);
+    assert!(!names(&finding).contains(&"focal_error"), "{finding:#?}");
 }
 
 /// With marks on the table alone, a table too low and a camera too high are the same picture.
