@@ -140,6 +140,8 @@ impl Residuals for CameraGap {
     fn compatible(&self, a: &Law, b: &Law) -> bool {
         match (a, b) {
             (Law::Feature(_), Law::Feature(_)) => a != b,
+            // Beside a name a formula that says the same takes back what the name says.
+            (name, Law::Feature(feature)) | (Law::Feature(feature), name) => !name.says(*feature),
             _ => a.name() != b.name(),
         }
     }

@@ -179,6 +179,16 @@ impl Law {
         }
     }
 
+    /// Returns whether a formula does what one of its numbers does by itself.
+    pub fn says(self, formula: Feature) -> bool {
+        let Feature::Monomial(channel, i, j) = formula else { return false };
+        match self {
+            Self::Focal(_) => matches!((channel, i, j), (Channel::U, 1, 0) | (Channel::V, 0, 1)),
+            Self::Principal(..) => (i, j) == (0, 0),
+            _ => false,
+        }
+    }
+
     /// Returns whether it can do all that `other` can.
     pub fn contains(self, other: Self) -> bool {
         match (self, other) {
@@ -226,6 +236,16 @@ mod tests {
             let specs = law.specs(0.5).len();
             assert_eq!(free.iter().max().map(|most| most + 1), Some(specs), "{law:?}");
         }
+    }
+
+    #[test]
+    fn a_focal_length_is_what_stretches_a_channel_along_itself() {
+        let formula = |channel, i, j| Feature::Monomial(channel, i, j);
+        let focal = Law::Focal(true);
+        assert!(focal.says(formula(Channel::U, 1, 0)) && focal.says(formula(Channel::V, 0, 1)));
+        assert!(!focal.says(formula(Channel::U, 0, 1)) && !focal.says(formula(Channel::U, 2, 0)));
+        assert!(Law::Principal(true, false).says(formula(Channel::V, 0, 0)));
+        assert!(!focal.says(Feature::Radial) && !Law::Tangential.says(formula(Channel::U, 1, 0)));
     }
 
     #[test]
