@@ -327,14 +327,15 @@ impl Finding {
 impl Gap {
     /// Returns the gap from the four root mean squares, in units of noise.
     pub fn of(before: Split, after: Split, noise_floor: f64) -> Self {
-        let beyond = |rms: f64| (rms * rms - noise_floor * noise_floor).max(0.0).sqrt();
-        let shrink_heldout = if beyond(before.heldout) > 0.0 {
-            1.0 - beyond(after.heldout) / beyond(before.heldout)
-        } else {
-            0.0
-        };
+        let shrink_heldout = shrink(before.heldout, after.heldout, noise_floor);
         Self { metric: "nrmse".into(), before, after, noise_floor, shrink_heldout }
     }
+}
+
+/// Returns by which part a root mean square falls, noise taken out of both; 0 when there was no gap.
+pub fn shrink(before: f64, after: f64, noise_floor: f64) -> f64 {
+    let beyond = |rms: f64| (rms * rms - noise_floor * noise_floor).max(0.0).sqrt();
+    if beyond(before) > 0.0 { 1.0 - beyond(after) / beyond(before) } else { 0.0 }
 }
 
 /// A number of an effect as it is told: name, value, standard deviation, unit.
@@ -378,6 +379,9 @@ pub const TIE: f64 = 6.0;
 /// The part of what is left that an effect takes at least to be named; and the part of a signal below which what is left of it may
 /// be an error of measurement.
 pub const MATTERS: f64 = 0.1;
+
+/// Names that explain less than this part of a gap are not what is missing.
+pub const EXPLAINED: f64 = 0.5;
 
 /// A misfit this many standard deviations of χ² above its expectation is no noise.
 pub const SIGNIFICANT: f64 = 5.0;

@@ -137,6 +137,10 @@ impl Residuals for CameraGap {
         !specs.iter().zip(parameters).any(|(spec, value)| spec.has_run_out(*value))
     }
 
+    fn names_stand_alone(&self) -> bool {
+        true
+    }
+
     fn compatible(&self, a: &Law, b: &Law) -> bool {
         match (a, b) {
             (Law::Feature(_), Law::Feature(_)) => a != b,

@@ -12,8 +12,8 @@ use super::power::smallest_visible;
 use super::term::{Law, Term};
 use super::wording::{self, Explained, Reason, WhyNot};
 use crate::discovery::finding::{
-    self, Alternative, Effect, Finding, Gap, Identified, ModelChange, NextExperiment, Parameter,
-    ParameterEstimate, SIGNIFICANT, Value, Verdict, Visible, Worth, above_noise,
+    self, Alternative, EXPLAINED, Effect, Finding, Gap, Identified, ModelChange, NextExperiment,
+    Parameter, ParameterEstimate, SIGNIFICANT, Value, Verdict, Visible, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Residuals as _, Rival, Set};
 
@@ -308,9 +308,6 @@ pub(super) fn synonym(rival: &Rival<Term>, chosen: &Term) -> bool {
         other.law.name() == chosen.law.name() && other.site(&[]) == chosen.site(&[])
     })
 }
-
-/// Answered that explain less than this part of the gap are not what is missing.
-const EXPLAINED: f64 = 0.5;
 
 /// More effects than this that together do not explain it are no lead either.
 const LEADS: usize = 2;

@@ -17,6 +17,7 @@
 //! Source: Schwarz, "Estimating the Dimension of a Model", 1978; Kass and Raftery, "Bayes Factors", 1995,
 //! for the scale of evidence.
 
+mod alone;
 mod error;
 mod linear;
 mod refit;
@@ -210,6 +211,12 @@ pub trait Residuals: Sync {
     fn base(&self, term: &Self::Term) -> Option<usize> {
         let _ = term;
         None
+    }
+
+    /// Returns whether names must explain data without what has none: where laws are exact and names alone are written into the
+    /// model, what rests on a formula beside it, or leaves most of the gap, stands for something else.
+    fn names_stand_alone(&self) -> bool {
+        false
     }
 
     /// Returns how much of what the sensors of an effect leave on a set, in squares of their noise, no explanation takes away:

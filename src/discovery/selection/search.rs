@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::alone::least_borne;
 use super::refit::{near_parameters, refit_some, same_terms};
 use super::screen::Local;
 use super::steady::{judge_all, least_steady, steadied};
@@ -39,6 +40,7 @@ pub fn search<G: Residuals>(
         steadied(gap, &mut outcome, options);
         // One less each time.
         let weakest = least_sure(gap, &outcome).or_else(|| least_steady(&outcome));
+        let weakest = weakest.or_else(|| least_borne(gap, &outcome, options));
         let rest = weakest.and_then(|at| left_out(gap, &outcome.best, at));
         let Some(best) = rest else {
             judge_all(gap, &mut outcome, options);

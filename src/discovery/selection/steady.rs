@@ -136,7 +136,8 @@ fn square<G: Residuals>(gap: &G, set: Set, terms: &[G::Term], parameters: &[f64]
     gap.residuals(set, terms, parameters).map_or(f64::INFINITY, |left| sum_of_squares(&left))
 }
 
-fn rms<G: Residuals>(gap: &G, set: Set, sum: f64) -> f64 {
+/// Returns the root mean square of residuals of a set, from the sum of their squares.
+pub(super) fn rms<G: Residuals>(gap: &G, set: Set, sum: f64) -> f64 {
     (sum / gap.count(set).max(1) as f64).sqrt()
 }
 

@@ -153,6 +153,29 @@ fn what_has_no_name_gets_a_formula() {
     assert!(finding.model.added[0].starts_with("// unknown at camera: u += "));
 }
 
+/// A bulge of 5 px in one spot was four effects: a focal length ten times too long at the end of its range, beside a formula that
+/// cancelled it and was not written, so that the model got a thousand times worse.
+#[test]
+fn a_bulge_in_one_spot_has_no_name() {
+    let bulge = |x: f64, y: f64| {
+        let square = (x + 0.17).powi(2) + (y + 0.01).powi(2);
+        (5.0 * (-square / 0.15_f64.powi(2)).exp(), 0.0)
+    };
+    let finding = of_table(&Truth { strange: bulge, ..Truth::default() }, true);
+    assert_eq!(finding.verdict, Verdict::Unknown, "{finding:#?}");
+    assert_eq!(names(&finding), ["unknown"], "{finding:#?}");
+    let is_comment = |line: &String| line.starts_with("// unknown at camera");
+    assert!(finding.model.added.iter().all(is_comment), "{:?}", finding.model.added);
+}
+
+#[test]
+fn a_wavy_picture_has_no_name() {
+    let truth = Truth { strange: |_, y| (0.0, 1.5 * (16.0 * y).sin()), ..Truth::default() };
+    let finding = of_table(&truth, true);
+    assert_eq!(finding.verdict, Verdict::Unknown, "{finding:#?}");
+    assert_eq!(names(&finding), ["unknown"], "{finding:#?}");
+}
+
 /// A picture that is turned over left to right is no focal length, however short.
 #[test]
 fn a_number_at_the_end_of_its_range_is_not_named() {
