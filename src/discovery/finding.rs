@@ -330,6 +330,20 @@ impl Gap {
         let shrink_heldout = shrink(before.heldout, after.heldout, noise_floor);
         Self { metric: "nrmse".into(), before, after, noise_floor, shrink_heldout }
     }
+
+    /// Returns how much of it is explained, by the data held out.
+    pub fn explains(&self) -> Explains {
+        let (part, rest) = (self.shrink_heldout, self.after.heldout);
+        // What is left near the noise may be little explained, but not by nothing.
+        let is_small = rest < ESTIMATED || (rest < NEAR_NOISE && part > 0.0);
+        if rest < ESTIMATED || (is_small && part >= EXPLAINED) {
+            Explains::All
+        } else if part >= EXPLAINED || is_small {
+            Explains::Part
+        } else {
+            Explains::TooLittle
+        }
+    }
 }
 
 /// Returns by which part a root mean square falls, noise taken out of both; 0 when there was no gap.
@@ -337,6 +351,23 @@ pub fn shrink(before: f64, after: f64, noise_floor: f64) -> f64 {
     let beyond = |rms: f64| (rms * rms - noise_floor * noise_floor).max(0.0).sqrt();
     if beyond(before) > 0.0 { 1.0 - beyond(after) / beyond(before) } else { 0.0 }
 }
+
+/// How much of a gap is explained by what was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Explains {
+    /// All that is not near noise.
+    All,
+    /// A part that is worth names.
+    Part,
+    /// So little that names are a lead at most, and what is missing has none.
+    TooLittle,
+}
+
+/// What leaves less than this many times the noise is near it, and is told by its names with the part that they explain.
+const NEAR_NOISE: f64 = 2.0;
+
+/// Noise estimated from a channel is that near to what it is.
+pub const ESTIMATED: f64 = 1.1;
 
 /// A number of an effect as it is told: name, value, standard deviation, unit.
 pub type ParameterEstimate = (String, f64, f64, String);
@@ -404,6 +435,19 @@ mod tests {
         let half = Gap::of(split(2.0_f64.hypot(1.0)), split(1.0_f64.hypot(1.0)), 1.0);
         assert!((half.shrink_heldout - 0.5).abs() < 1e-12);
         assert!(Gap::of(split(0.99), split(0.99), 1.0).shrink_heldout.abs() < 1e-12);
+    }
+
+    #[test]
+    fn names_that_leave_most_of_a_gap_explain_too_little() {
+        let split = |heldout| Split { train: 0.0, heldout };
+        let explains = |before, after| Gap::of(split(before), split(after), 1.0).explains();
+        assert_eq!(explains(4.32, 3.98), Explains::TooLittle);
+        assert_eq!(explains(3.12, 2.21), Explains::TooLittle);
+        assert_eq!(explains(1.5, 1.6), Explains::TooLittle);
+        assert_eq!(explains(8.0, 2.5), Explains::Part);
+        assert_eq!(explains(1.6, 1.4), Explains::Part);
+        assert_eq!(explains(8.0, 1.9), Explains::All);
+        assert_eq!(explains(1.05, 1.05), Explains::All);
     }
 
     #[test]

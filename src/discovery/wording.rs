@@ -2,17 +2,63 @@
 //! any recording.
 //!
 //! What is the model's own business is asked of it through [`Worded`]; what a verdict needs, how rivals are told
-//! and how large an effect would have been seen is the same for all.
+//! and how large an effect would have been seen is the same for all. How much is explained, and what is said of names that
+//! explain too little, is so for arms in motion as well.
+
+use std::fmt;
 
 use super::finding::{
-    self, Alternative, Channel, Effect, Finding, Gap, ModelChange, ParameterEstimate, SIGNIFICANT,
-    Verdict, Visible, Worth, above_noise,
+    self, Alternative, Channel, Effect, Explains, Finding, Gap, ModelChange, ParameterEstimate,
+    SIGNIFICANT, Verdict, Visible, Worth, above_noise,
 };
 use super::model_file;
 use super::recording::{Error, Recording};
 use super::resample;
 use super::selection::{self, Hypothesis, Options, Outcome, ParameterSpec, Set, sum_of_squares};
+use crate::units::significant;
 use crate::world::Scene;
+
+/// Writes a part of 1 in percent.
+pub(super) fn percent(part: f64) -> String {
+    significant(100.0 * part, 2)
+}
+
+/// How much of a gap is explained.
+#[derive(Clone, Copy)]
+pub(super) enum Explained {
+    /// All that is not near noise.
+    All,
+    /// A part; what is left is `rest` times the noise.
+    Part { part: f64, rest: f64 },
+}
+
+impl fmt::Display for Explained {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::All => f.write_str("the gap"),
+            Self::Part { part, rest } => write!(
+                f,
+                "{} % of the gap (what is left is {} times the noise)",
+                percent(*part),
+                significant(*rest, 2)
+            ),
+        }
+    }
+}
+
+/// Returns what has no name, with the `leads` that come nearest to it and explain this part of the gap; `why` says that there
+/// are leads at most.
+pub(super) fn nearest(leads: &[Effect], explained: f64, why: &str) -> Effect {
+    let part = percent(explained.max(0.0));
+    let lead = |effect: &Effect| Alternative {
+        name: effect.name.clone(),
+        at: effect.at.clone(),
+        delta_bic: effect.evidence.delta_bic,
+        why_not: format!("the nearest that has a name, and explains only {part} % of the gap"),
+    };
+    let at = leads.first().map(|effect| effect.at.clone()).unwrap_or_default();
+    Effect { alternatives: leads.iter().map(lead).collect(), ..Effect::unknown(at, why) }
+}
 
 /// Nothing was given to be looked at.
 pub(super) fn no_recording() -> Error {
@@ -100,12 +146,20 @@ pub(super) fn answer<G: Worded>(
     let best = &outcome.best;
     let counts = (gap.count(Set::Train), gap.count(Set::Heldout));
     let split = |h| selection::split(gap, h);
-    let mut effects = Vec::new();
+    let shrink = Gap::of(split(&outcome.nothing), split(best), 1.0);
+    let left = gap.above(best.heldout, counts.1).max(gap.above(best.train, counts.0));
+    let explains = if left < SIGNIFICANT { Explains::All } else { shrink.explains() };
+    let (mut effects, mut leads) = (Vec::new(), Vec::new());
     let mut lines = Vec::new();
     for (at, term) in best.terms.iter().enumerate() {
         let rivals = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
         let ties: Vec<_> = rivals().filter(|rival| rival.behind < options.tie).collect();
         let mut own = effect(gap, best, at, outcome.worth(at));
+        // What is read once is as sure whatever the gap is.
+        if explains == Explains::TooLittle && gap.apart(term).is_none() {
+            leads.push(own);
+            continue;
+        }
         own.alternatives = rivals()
             .filter_map(|rival| {
                 let other = rival.hypothesis.terms.last()?;
@@ -136,24 +190,32 @@ pub(super) fn answer<G: Worded>(
             effects.push(other);
         }
     }
-    let left = gap.above(best.heldout, counts.1).max(gap.above(best.train, counts.0));
-    if left > SIGNIFICANT && !effects.is_empty() {
+    if left > SIGNIFICANT && !best.terms.is_empty() {
         notes.push(format!(
             "what is left is still above noise ({left:.0} standard deviations of its sum of squares)"
         ));
     }
     let apart: Vec<&str> = best.terms.iter().filter_map(|term| gap.apart(term)).collect();
     let is_apart = !apart.is_empty() && apart.len() == best.terms.len();
-    let (verdict, mut reason) = verdict(gap, &effects, left, is_apart);
+    let (part, rest) = (shrink.shrink_heldout, shrink.after.heldout);
+    let (verdict, mut reason) = match explains {
+        Explains::TooLittle => (Verdict::Unknown, too_little(&leads, &effects, (part, rest), left)),
+        _ if is_apart => verdict(gap, &effects, left, READ),
+        Explains::All => verdict(gap, &effects, left, &Explained::All.to_string()),
+        Explains::Part => verdict(gap, &effects, left, &Explained::Part { part, rest }.to_string()),
+    };
     if !apart.is_empty() {
         reason.push_str(&apart_of_the_gap(&apart));
     }
-    let visible = if effects.is_empty() { visible(gap, outcome, options) } else { Vec::new() };
+    if !leads.is_empty() {
+        effects.push(nearest(&leads, part, NO_NAME));
+    }
+    let visible = if best.terms.is_empty() { visible(gap, outcome, options) } else { Vec::new() };
     Finding {
         verdict,
         places: gap.places(&outcome.nothing),
         effects,
-        gap: Gap::of(split(&outcome.nothing), split(best), 1.0),
+        gap: shrink,
         path: selection::path(gap, outcome, |t| Some((gap.name(t).into(), gap.site(t)))).1,
         model: ModelChange { added: lines, ..ModelChange::default() },
         next_experiment: None,
@@ -189,34 +251,52 @@ fn apart_of_the_gap(places: &[&str]) -> String {
     format!("; {} is read once and is no part of the gap in numbers", places.join(" and "))
 }
 
-/// `is_apart`: nothing of what is explained is part of the gap in numbers.
-fn verdict<G: Worded>(gap: &G, effects: &[Effect], left: f64, is_apart: bool) -> (Verdict, String) {
+/// What names explain of which nothing is part of the gap in numbers.
+const READ: &str = "what was read of it";
+/// That there are leads at most.
+const NO_NAME: &str = "no effect that has a name explains it";
+
+/// That effects, with their places, explain what is said next.
+fn explain(effects: &[Effect]) -> String {
     let name = |effect: &Effect| format!("{} at {}", effect.name, effect.at);
-    let what = if is_apart {
-        "what was read of it, also on data held out"
+    let names: Vec<String> = effects.iter().map(name).collect();
+    let explain = if effects.len() == 1 { "explains" } else { "together explain" };
+    format!("{} {explain}", names.join(" and "))
+}
+
+/// That most of a gap has no name: the `leads` explain a part of it and leave so many times the noise; `read` are the names of
+/// what is no part of it. What is left is `left` standard deviations above noise.
+fn too_little(leads: &[Effect], read: &[Effect], (part, rest): (f64, f64), left: f64) -> String {
+    let found = if leads.is_empty() {
+        format!("the gap is {left:.0} standard deviations above noise, but no effect explains it")
     } else {
-        "the gap, also on data held out"
+        format!(
+            "{} only {} % of the gap on data held out and {} {} times the noise: {NO_NAME}",
+            explain(leads),
+            percent(part.max(0.0)),
+            if leads.len() == 1 { "leaves" } else { "leave" },
+            significant(rest, 2)
+        )
     };
+    if read.is_empty() {
+        return found;
+    }
+    format!("{} {READ}, and {found}", explain(read))
+}
+
+/// `what` they explain, if there are any.
+fn verdict<G: Worded>(gap: &G, effects: &[Effect], left: f64, what: &str) -> (Verdict, String) {
     match effects {
         [] if left < SIGNIFICANT => (Verdict::NothingMissing, gap.nothing().into()),
-        [] => (
-            Verdict::Unknown,
-            format!(
-                "the gap is {left:.0} standard deviations above noise, but no effect explains it"
-            ),
-        ),
+        [] => (Verdict::Unknown, too_little(&[], &[], (0.0, 0.0), left)),
         several if several.iter().any(|effect| effect.indistinguishable) => (
             Verdict::Ambiguous,
             format!("several effects explain this equally well; {}", gap.doubt()),
         ),
-        [one] => (Verdict::Named, format!("{} explains {what}", name(one))),
-        several => (
-            Verdict::Several,
-            format!(
-                "{} together explain {what}",
-                several.iter().map(name).collect::<Vec<_>>().join(" and ")
-            ),
-        ),
+        all => {
+            let verdict = if all.len() == 1 { Verdict::Named } else { Verdict::Several };
+            (verdict, format!("{} {what}, also on data held out", explain(all)))
+        }
     }
 }
 

@@ -164,7 +164,8 @@ impl Residuals for HeldGap {
             Term::Width(_) => vec![ParameterSpec { least: Held::PADS, ..length("dy") }],
             Term::Height => vec![ParameterSpec { least: 2.0 * Held::HEIGHT, ..length("dz") }],
             Term::Late => {
-                vec![ParameterSpec { least: 2e-3, ..spec("delay", "s", 5e-3, (-0.2, 1.0)) }]
+                // No picture is of what comes.
+                vec![ParameterSpec { least: 2e-3, ..spec("delay", "s", 5e-3, (0.0, 1.0)) }]
             }
             Term::Shift => {
                 let turn = |name| spec(name, "rad", 2e-3, (-1.0, 1.0));

@@ -246,6 +246,17 @@ impl Worded for PourGap {
         found
     }
 
+    fn apart(&self, term: &Term) -> Option<&'static str> {
+        match term {
+            Term::Mass => Some(wording::before_it_pours()),
+            // What runs out follows from what the scales said, not from what it was filled with.
+            Term::Volume if self.pours.iter().all(|pour| pour.held.is_some()) => {
+                Some(wording::as_weighed())
+            }
+            _ => None,
+        }
+    }
+
     fn nothing(&self) -> &'static str {
         wording::nothing_missing()
     }

@@ -109,6 +109,11 @@ pub(super) fn before_it_pours() -> &'static str {
     "what it bears before it pours"
 }
 
+/// Where a filling is read.
+pub(super) fn as_weighed() -> &'static str {
+    "what the scales say that it held"
+}
+
 pub(super) fn nothing_missing() -> &'static str {
     "the scale read what the model says, within noise, and no effect explains any of the rest"
 }

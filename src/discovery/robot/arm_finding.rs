@@ -12,10 +12,12 @@ use super::power::smallest_visible;
 use super::term::{Law, Term};
 use super::wording::{self, Explained, Reason, WhyNot};
 use crate::discovery::finding::{
-    self, Alternative, EXPLAINED, Effect, Finding, Gap, Identified, ModelChange, NextExperiment,
-    Parameter, ParameterEstimate, SIGNIFICANT, Value, Verdict, Visible, Worth, above_noise,
+    self, Alternative, ESTIMATED, Effect, Explains, Finding, Gap, Identified, ModelChange,
+    NextExperiment, Parameter, ParameterEstimate, SIGNIFICANT, Value, Verdict, Visible, Worth,
+    above_noise,
 };
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Residuals as _, Rival, Set};
+use crate::discovery::wording::nearest;
 
 /// Words an outcome as a finding; `fitted` is what was fitted where that is not all of the recordings.
 pub(super) fn answer(
@@ -48,7 +50,7 @@ pub(super) fn answer(
         effects.clear();
         path.clear();
     } else if is_lead {
-        effects = vec![nearest(&effects, shrink.shrink_heldout)];
+        effects = vec![nearest(&effects, shrink.shrink_heldout, wording::NOTHING_EXPLAINS)];
     }
     let staying = staying(&places, &left_at);
     if !staying.is_empty() && !effects.is_empty() {
@@ -280,19 +282,6 @@ pub(super) fn loaded(
     }
 }
 
-/// Returns what has no name, with those that come nearest to it.
-fn nearest(leads: &[Effect], explained: f64) -> Effect {
-    let lead = |effect: &Effect| Alternative {
-        name: effect.name.clone(),
-        at: effect.at.clone(),
-        delta_bic: effect.evidence.delta_bic,
-        why_not: wording::nearest(explained),
-    };
-    let at = leads.first().map_or_else(|| "robot".into(), |effect| effect.at.clone());
-    let nothing = wording::nothing_explains();
-    Effect { alternatives: leads.iter().map(lead).collect(), ..Effect::unknown(at, nothing) }
-}
-
 /// Tells an effect.
 fn effect(term: &Term, estimates: &[ParameterEstimate], things: &[Thing], worth: Worth) -> Effect {
     let name = term.law.name();
@@ -309,14 +298,8 @@ pub(super) fn synonym(rival: &Rival<Term>, chosen: &Term) -> bool {
     })
 }
 
-/// More effects than this that together do not explain it are no lead either.
+/// More effects than this that together explain too little are no lead either.
 const LEADS: usize = 2;
-
-/// What leaves less than this many times the noise is near it, and is told by its names with the part that they explain.
-const NEAR_NOISE: f64 = 2.0;
-
-/// Noise estimated from a channel is that near to what it is.
-const ESTIMATED: f64 = 1.1;
 
 /// What is left.
 #[derive(Clone, Copy)]
@@ -346,16 +329,16 @@ fn verdict(
         return estimates(Verdict::Ambiguous, Reason::Doubt);
     }
     let (part, rest) = (gap.shrink_heldout, gap.after.heldout);
-    // What is left near the noise may be little explained, but not by nothing.
-    let is_small = rest < ESTIMATED || (rest < NEAR_NOISE && part > 0.0);
-    if part < EXPLAINED && !is_small {
-        let is_lead = effects.len() <= LEADS;
-        let verdict = if is_lead { Verdict::Unknown } else { Verdict::ModelInadequate };
-        let at = &most_of(at);
-        return estimates(verdict, Reason::TooLittle { explained: part, rest, at });
-    }
-    let is_all = rest < ESTIMATED || (is_small && part >= EXPLAINED);
-    let explained = if is_all { Explained::All } else { Explained::Part { part, rest } };
+    let explained = match gap.explains() {
+        Explains::All => Explained::All,
+        Explains::Part => Explained::Part { part, rest },
+        Explains::TooLittle => {
+            let is_lead = effects.len() <= LEADS;
+            let verdict = if is_lead { Verdict::Unknown } else { Verdict::ModelInadequate };
+            let at = &most_of(at);
+            return estimates(verdict, Reason::TooLittle { explained: part, rest, at });
+        }
+    };
     let unnamed = effects.iter().filter(|effect| effect.name == "unknown").count();
     if unnamed == effects.len() {
         return estimates(Verdict::Unknown, Reason::Formula(explained));

@@ -5,7 +5,10 @@ use std::fmt;
 
 use super::term::{Feature, Law, Term};
 use crate::discovery::finding::{Effect, ParameterEstimate};
+use crate::discovery::wording::percent;
 use crate::units::significant;
+
+pub(super) use crate::discovery::wording::Explained;
 
 /// Said while the links' numbers are fitted.
 pub(super) const IDENTIFYING: &str = "identifying the links";
@@ -17,6 +20,8 @@ pub(super) const JUDGING_NOISE: &str = "judging the noise";
 pub(super) const NOTHING_BEYOND_NOISE: &str = "nothing beyond noise";
 /// What names a gap that nothing explains.
 pub(super) const NO_FORMULA: &str = "no formula predicts data it was not fitted to";
+/// That there are leads at most.
+pub(super) const NOTHING_EXPLAINS: &str = "no effect that has a name, and no formula, explains it";
 /// What poses say when nothing is missing.
 pub(super) const POSES_ARE_NOISE: &str = "measured minus model is noise at every pose";
 /// The same once the geometry is identified.
@@ -32,11 +37,6 @@ pub(super) const OF_LOAD: [&str; 4] = [
     "the moment of the load along y",
     "the moment of the load along z",
 ];
-
-/// Writes a part of 1 in percent.
-fn percent(part: f64) -> String {
-    significant(100.0 * part, 2)
-}
 
 /// The load at a joint, from 0, as a state.
 pub(super) fn load_at(joint: usize) -> String {
@@ -193,17 +193,6 @@ pub(super) fn equally_well(effects: &[Effect]) -> String {
     format!("{} explain these data equally well", names.join(" and "))
 }
 
-/// That effects which have names are no more than leads, and the part of the gap they explain.
-pub(super) fn nearest(explained: f64) -> String {
-    let part = percent(explained.max(0.0));
-    format!("the nearest that has a name, and explains only {part} % of the gap")
-}
-
-/// That there are leads at most.
-pub(super) fn nothing_explains() -> &'static str {
-    "no effect that has a name, and no formula, explains it"
-}
-
 /// Why another name for the same was not taken.
 pub(super) enum WhyNot {
     /// A gain of the drive is one of the sensor where no command was recorded.
@@ -256,29 +245,6 @@ pub(super) enum Reason<'a> {
     One(&'a Effect, Explained),
     /// So many effects.
     Several(usize, Explained),
-}
-
-/// How much of a gap is explained.
-#[derive(Clone, Copy)]
-pub(super) enum Explained {
-    /// All that is not near noise.
-    All,
-    /// A part; what is left is `rest` times the noise.
-    Part { part: f64, rest: f64 },
-}
-
-impl fmt::Display for Explained {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::All => f.write_str("the gap"),
-            Self::Part { part, rest } => write!(
-                f,
-                "{} % of the gap (what is left is {} times the noise)",
-                percent(*part),
-                significant(*rest, 2)
-            ),
-        }
-    }
 }
 
 impl fmt::Display for Reason<'_> {
