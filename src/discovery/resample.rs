@@ -37,12 +37,29 @@ pub fn is_unseen_alone(reading: usize) -> bool {
     reading % 3 == 2
 }
 
-/// Returns the sum of squares of each stretch, of equally many values but for rounding.
+/// Returns the sum of squares of each stretch, of equally many values but for rounding. Fewer values than stretches are spread
+/// over them evenly: what was read once cannot be drawn otherwise, and counts in every draw for what it is.
 pub fn sums(values: &[f64]) -> Draw {
     let n = values.len();
+    if n < STRETCHES {
+        return spread(values);
+    }
     std::array::from_fn(|k| {
         let own = &values[k * n / STRETCHES..(k + 1) * n / STRETCHES];
         own.iter().map(|value| value * value).sum()
+    })
+}
+
+/// Returns the squares of fewer values than stretches, each in equal parts over as much of them as is its own.
+fn spread(values: &[f64]) -> Draw {
+    let own = STRETCHES as f64 / values.len().max(1) as f64;
+    std::array::from_fn(|k| {
+        let part = |(i, value): (usize, &f64)| {
+            let (from, to) = (i as f64 * own, (i + 1) as f64 * own);
+            let shared = (to.min((k + 1) as f64) - from.max(k as f64)).max(0.0);
+            value * value * shared / own
+        };
+        values.iter().enumerate().map(part).sum()
     })
 }
 
@@ -82,9 +99,21 @@ mod tests {
 
     #[test]
     fn all_stretches_together_are_everything() {
-        let values: Vec<f64> = (0..107).map(f64::from).collect();
-        let whole: f64 = values.iter().map(|value| value * value).sum();
-        assert!((drawn(&sums(&values), &[1.0; STRETCHES]) - whole).abs() < 1e-9 * whole);
+        for n in [0, 1, 7, 19, 20, 107] {
+            let values: Vec<f64> = (0..n).map(|i| f64::from(i) + 0.5).collect();
+            let whole: f64 = values.iter().map(|value| value * value).sum();
+            let drawn = drawn(&sums(&values), &[1.0; STRETCHES]);
+            assert!((drawn - whole).abs() <= 1e-9 * whole, "{n}: {drawn} of {whole}");
+        }
+    }
+
+    #[test]
+    fn what_was_read_once_is_in_every_draw() {
+        let once = sums(&[5.0]);
+        for [fitted, held_out] in draws() {
+            assert!((drawn(&once, &fitted) - 25.0).abs() < 1e-9);
+            assert!((drawn(&once, &held_out) - 25.0).abs() < 1e-9);
+        }
     }
 
     /// The share of draws in which gains by stretch are above some charge.

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::held_record::Held;
 use super::slip::{Creep, crept};
-use crate::discovery::selection::{Candidate, ParameterSpec, Residuals, Set};
+use crate::discovery::selection::{Block, Candidate, ParameterSpec, Residuals, Set};
 use crate::discovery::wording::set_of;
 
 /// What can be missing from what is known of a thing in the hand.
@@ -138,6 +138,26 @@ impl HeldGap {
         Some(found)
     }
 
+    /// Returns the residuals of a set in units of noise, recording by recording: those of its places, of its widths and of its
+    /// height.
+    fn read(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<[Vec<f64>; 3]>> {
+        let size = self.active(terms, parameters).size;
+        let of = |(at, held): (usize, &Held)| -> Option<[Vec<f64>; 3]> {
+            let rows = self.left(at, Some(set), terms, parameters)?;
+            let places = rows.iter().flat_map(|(_, value)| value.iter());
+            let places: Vec<f64> = places.map(|value| value / held.noise).collect();
+            if !self.has_single(at, set) {
+                return Some([places, Vec::new(), Vec::new()]);
+            }
+            let widths = held.opening.iter();
+            let widths = widths.map(|(wider, axis)| (wider - size[*axis]) / Held::PADS).collect();
+            let height = held.height.iter();
+            let height = height.map(|(higher, part)| (higher - part * size[2]) / Held::HEIGHT);
+            Some([places, widths, height.collect()])
+        };
+        self.held.iter().enumerate().map(of).collect()
+    }
+
     fn longest(&self) -> f64 {
         let span =
             |held: &Held, rows: &Vec<usize>| held.time[rows[rows.len() - 1]] - held.time[rows[0]];
@@ -176,20 +196,26 @@ impl Residuals for HeldGap {
     }
 
     fn residuals(&self, set: Set, terms: &[Term], parameters: &[f64]) -> Option<Vec<f64>> {
-        let size = self.active(terms, parameters).size;
-        let mut all = Vec::new();
-        for (at, held) in self.held.iter().enumerate() {
-            for (_, value) in self.left(at, Some(set), terms, parameters)? {
-                all.extend(value.iter().map(|value| value / held.noise));
-            }
-            if !self.has_single(at, set) {
-                continue;
-            }
-            let widths = held.opening.iter();
-            all.extend(widths.map(|(wider, axis)| (wider - size[*axis]) / Held::PADS));
-            all.extend(held.height.map(|(higher, part)| (higher - part * size[2]) / Held::HEIGHT));
-        }
+        let all: Vec<f64> =
+            self.read(set, terms, parameters)?.into_iter().flatten().flatten().collect();
         all.iter().all(|value| value.is_finite()).then_some(all)
+    }
+
+    fn blocks(&self, set: Set) -> Vec<Block> {
+        let read = self.read(set, &[], &[]).unwrap_or_default();
+        let mut from = 0;
+        let of = |(sensor, values): (usize, &Vec<f64>)| {
+            let rows = from..from + values.len();
+            from = rows.end;
+            Block { sensor, rows }
+        };
+        read.iter().flat_map(|one| one.iter().enumerate()).map(of).collect()
+    }
+
+    /// A size is read by itself: how the thing moves in the hand says nothing of it, nor it of that.
+    fn related(&self, a: &Term, b: &Term) -> bool {
+        let is_size = |term: &Term| matches!(term, Term::Width(_) | Term::Height);
+        a == b || !(is_size(a) || is_size(b))
     }
 
     fn count(&self, set: Set) -> usize {
@@ -210,7 +236,7 @@ impl Residuals for HeldGap {
         &self,
         terms: &[Term],
         _left: &[f64],
-        _instead_of: Option<&Term>,
+        instead_of: Option<&Term>,
     ) -> Vec<Candidate<Term>> {
         let mut found = vec![Term::Rate, Term::Late, Term::Shift];
         let every = |of: &dyn Fn(&Held) -> bool| self.held.iter().all(of);
@@ -232,6 +258,7 @@ impl Residuals for HeldGap {
         });
         let most = most.fold(0.0, f64::max);
         found.retain(|term| !terms.contains(term) && !self.known.0.contains(term));
+        found.retain(|term| instead_of.is_none_or(|out| self.related(out, term)));
         let candidate = |term: Term| {
             let starts = match term {
                 Term::Friction => {

@@ -261,7 +261,8 @@ pub trait Residuals: Sync {
         false
     }
 
-    /// Returns which sensor read which residuals; needed where they are to be pressed.
+    /// Returns which sensor read which residuals, all of them; needed where they are to be pressed, and where some are read so
+    /// seldom that no stretch is to be drawn without them.
     fn blocks(&self, set: Set) -> Vec<Block> {
         let _ = set;
         Vec::new()

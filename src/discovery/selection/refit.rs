@@ -109,6 +109,18 @@ impl<G: Residuals> fit::Problem for Problem<'_, G> {
 /// Residuals beyond this many standard deviations steer less while a rough effect is located.
 const ROUGH: f64 = 2.0;
 
+/// Fits all effects together, where some stayed as they were while others joined or were left out: nobody knows yet how sure their
+/// numbers are.
+pub(super) fn together<G: Residuals>(gap: &G, h: Hypothesis<G::Term>) -> Hypothesis<G::Term> {
+    if (0..h.parameters.len()).all(|i| h.covariance[(i, i)] > 0.0) {
+        return h;
+    }
+    match refit(gap, h.terms.clone(), h.parameters.clone(), h.surcharges.clone()) {
+        Some(fitted) => Hypothesis { gains: h.gains, ..fitted },
+        None => h,
+    }
+}
+
 /// Fits the parameters of some effects on the data fitted and evaluates them on the data held out.
 pub fn refit<G: Residuals>(
     gap: &G,

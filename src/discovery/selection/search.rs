@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::alone::least_borne;
-use super::refit::{near_parameters, refit_some, same_terms};
+use super::refit::{near_parameters, refit_some, same_terms, together};
 use super::screen::Local;
 use super::steady::{judge_all, least_steady, steadied};
 use super::sure::{DETERMINED, least_sure};
@@ -35,7 +35,7 @@ pub fn search<G: Residuals>(
     loop {
         let unnamed = grown.unnamed;
         let mut outcome = grown.outcome(gap, options, nothing.clone(), progress);
-        outcome.best = plain(gap, outcome.best.clone(), &mut outcome);
+        outcome.best = together(gap, plain(gap, outcome.best.clone(), &mut outcome));
         outcome.rivals.retain(|rival| is_sensible(gap, &rival.hypothesis));
         steadied(gap, &mut outcome, options);
         // One less each time.
