@@ -232,7 +232,7 @@ impl Outline {
 }
 
 /// Returns how far a point is from the border of a convex polygon, px; negative inside.
-fn depth(polygon: &[Vector2<f64>], p: Vector2<f64>) -> f64 {
+pub(super) fn depth(polygon: &[Vector2<f64>], p: Vector2<f64>) -> f64 {
     let mut least = f64::INFINITY;
     for (i, a) in polygon.iter().enumerate() {
         let along = polygon[(i + 1) % polygon.len()] - a;

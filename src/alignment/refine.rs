@@ -190,7 +190,12 @@ pub(super) fn look(
         if p.x < 3.0 || p.y < 3.0 || p.x > w as f64 - 4.0 || p.y > h as f64 - 4.0 {
             continue;
         }
-        if hidden.covers(p) {
+        if hidden.covers(p) || hidden.owns_edge(p, 1.0) {
+            continue;
+        }
+        let edge = strongest(picture, p, sample.normal, how);
+        // What is in front has edges too: where one of them is seen, nothing is known of what is behind it.
+        if edge.is_some_and(|(offset, _)| hidden.owns_edge(p + sample.normal * offset, 1.0)) {
             continue;
         }
         let weight = sample.length * if sample.kind == Kind::Inner { 0.5 } else { 1.0 };
@@ -200,9 +205,7 @@ pub(super) fn look(
         if sample.kind == Kind::Silhouette {
             rim[of] += weight;
         }
-        let Some((offset, strength)) = strongest(picture, p, sample.normal, how) else {
-            continue;
-        };
+        let Some((offset, strength)) = edge else { continue };
         found[of] += weight;
         edges.push(Edge {
             pixel: p,
