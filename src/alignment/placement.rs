@@ -46,6 +46,22 @@ impl Candidate {
     pub fn distance(&self, other: &Self) -> f64 {
         (self.x - other.x).hypot(self.y - other.y)
     }
+
+    /// Returns how far another candidate is turned against this one, rad; `symmetry` is the turn that looks the same, 0 of
+    /// what is round.
+    pub(super) fn turned(&self, other: &Self, symmetry: f64) -> f64 {
+        if symmetry > 0.0 {
+            let difference = (self.yaw - other.yaw).rem_euclid(symmetry);
+            difference.min(symmetry - difference)
+        } else {
+            0.0
+        }
+    }
+
+    /// Returns the score, less what a fit may lose of it where there is none: edges that agree are worth as much.
+    fn worth(&self) -> f64 {
+        self.score.total * if self.fit.is_some() { 1.0 } else { LOSS }
+    }
 }
 
 /// What a search came to.
@@ -107,7 +123,7 @@ const FITS: usize = 2;
 /// How much of its score a fit may lose: moving edges are finer than the score, which is flat within some pixels
 /// where edges are strong. Chosen: at 1 no fit of a sharp picture would be kept, at 0.84 one that has slipped to
 /// another thing's edge is.
-pub(super) const LOSS: f64 = 0.92;
+const LOSS: f64 = 0.92;
 
 impl Evidence<'_> {
     /// Climbs from a candidate at half size, where scores of several solids are compared.
@@ -173,11 +189,25 @@ impl Evidence<'_> {
         outline.samples.iter().any(|sample| covered(sample.pixel))
     }
 
-    /// Returns the best place around a candidate at any turn, fitted to the full picture.
-    pub fn around(&self, from: &Candidate) -> Option<Candidate> {
+    /// Returns the places around a candidate at any turn, its own among them, fitted to the full picture, best first: each that
+    /// a fit comes to once.
+    pub fn around(&self, from: &Candidate) -> Vec<Candidate> {
+        let symmetry = self.object.shape.symmetry();
         let turns = self.looked_around(std::slice::from_ref(from), 1);
-        let best = turns.into_iter().max_by(|a, b| a.score.total.total_cmp(&b.score.total));
-        best.map(|best| self.fit(&best))
+        let mut starts = distinct(&turns, FINER, symmetry, (1, 0.0));
+        starts.push(*from);
+        let mut fitted: Vec<Candidate> = starts.par_iter().map(|c| self.fit(c)).collect();
+        fitted.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+        let mut kept: Vec<Candidate> = Vec::new();
+        for place in fitted {
+            let is_same = |other: &Candidate| {
+                place.distance(other) < LAST_CLIMB.0 && place.turned(other, symmetry) < LAST_CLIMB.1
+            };
+            if !kept.iter().any(is_same) {
+                kept.push(place);
+            }
+        }
+        kept
     }
 
     /// Looks around the best places once more, at half size and at every turn: what has round corners scores alike at any
@@ -311,13 +341,7 @@ fn distinct(
     for (_, at) in order {
         let candidate = candidates[at];
         let same = |other: &Candidate| {
-            let turn = if symmetry > 0.0 {
-                let difference = (candidate.yaw - other.yaw).rem_euclid(symmetry);
-                difference.min(symmetry - difference)
-            } else {
-                0.0
-            };
-            candidate.distance(other) < apart && turn < turned
+            candidate.distance(other) < apart && candidate.turned(other, symmetry) < turned
         };
         let is_crowded =
             n > 1 && kept.iter().filter(|k| k.distance(&candidate) < wide).count() >= most;

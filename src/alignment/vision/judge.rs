@@ -12,7 +12,7 @@ use crate::alignment::doubt::{Doubt, TableDoubt};
 use crate::alignment::evidence::{Evidence, Score};
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::picture::Picture;
-use crate::alignment::placement::{Candidate, LOSS};
+use crate::alignment::placement::Candidate;
 use crate::world::{Material, Object, Table};
 
 /// Returns a sighting that says nothing was seen.
@@ -66,11 +66,11 @@ pub(super) fn judge(
         sighting.reason = Some(wording::nothing_like_it(None));
         return (sighting, None);
     };
-    let mut best = behind(evidence, best);
+    let (mut best, others) = behind(evidence, best);
     let (w, h) = (picture.size().0 as f64, picture.size().1 as f64);
     let doubt = evidence.doubt(&best.pose(), table.centre);
     sighting.checks.missing = doubt.map_or(0.0, |d| d.missing);
-    (sighting.std, sighting.yaw_std) = spread(&best, object);
+    (sighting.std, sighting.yaw_std) = spread(&best, &others, object);
     sighting.checks.fit_place = Some([best.x, best.y, best.yaw]);
 
     let outline = evidence.silhouette(&best.pose(), PER_EDGE);
@@ -111,7 +111,9 @@ pub(super) fn judge(
     let apart = (RIVAL * object.shape.inner_radius()).max(RIVAL_LEAST);
     let rival = rivals.iter().find(|c| c.distance(&best) > apart);
     let gap = rival.map_or(1.0, |r| 1.0 - r.score.total / best.score.total.max(TINY));
-    sighting.yaw_std = sighting.yaw_std.hypot(turn_std(&best, rivals, object));
+    let at_its_place = rivals.iter().filter(|c| c.distance(&best) < RIVAL_LEAST);
+    let (_, by_turn) = apart_std(&best, at_its_place, object.shape.symmetry());
+    sighting.yaw_std = sighting.yaw_std.hypot(by_turn);
     let other = identity::ask(evidence, &best, alike);
     let gap = gap.min(other.ahead);
     sighting.gap = gap;
@@ -164,21 +166,18 @@ pub(super) fn judge(
 }
 
 /// Fits a candidate once more where something is in front of it. It was placed and turned before that was known, and may have
-/// been drawn to an edge of what hides it: what is best around it, at any turn, is tried beside it.
-fn behind(evidence: &Evidence, best: Candidate) -> Candidate {
+/// been drawn to an edge of what hides it: what is best around it, at any turn, is tried beside it. Returned with the other
+/// places there that a fit comes to.
+fn behind(evidence: &Evidence, best: Candidate) -> (Candidate, Vec<Candidate>) {
     if evidence.hidden.hulls.is_empty() {
-        return best;
+        return (best, Vec::new());
     }
-    let here = evidence.fit(&best);
     if !evidence.is_behind(&best) {
-        return here;
+        return (evidence.fit(&best), Vec::new());
     }
-    let is_better = |around: &Candidate| {
-        let ahead = here.score.total / around.score.total.max(TINY);
-        // As in the fit itself: edges that agree are worth some of the score.
-        ahead < if around.fit.is_some() || here.fit.is_none() { 1.0 } else { LOSS }
-    };
-    evidence.around(&best).filter(is_better).unwrap_or(here)
+    let mut places = evidence.around(&best);
+    let first = places.remove(0);
+    (first, places)
 }
 
 /// Chooses the mask of a thing: the cut when it is smooth and agrees with the solid, else the solid's silhouette.
@@ -230,35 +229,41 @@ fn believe(
     tie
 }
 
-/// Returns how far the turn may be off because the thing looks nearly the same at the same place turned otherwise, rad: each
-/// such turn counts by how nearly.
-fn turn_std(best: &Candidate, candidates: &[Candidate], object: &Object) -> f64 {
-    let symmetry = object.shape.symmetry();
-    if symmetry <= 0.0 {
-        return 0.0;
-    }
-    let (mut square, mut weights) = (0.0, 1.0);
-    for other in candidates.iter().filter(|c| c.distance(best) < RIVAL_LEAST) {
+/// Returns how far place, m, and turn, rad, may be off because the thing looks nearly the same at other places: the deviation
+/// of their mixture about the best, in which each counts by how nearly; `symmetry` is the turn that looks the same, rad.
+fn apart_std<'c>(
+    best: &Candidate,
+    others: impl IntoIterator<Item = &'c Candidate>,
+    symmetry: f64,
+) -> (f64, f64) {
+    let (mut squares, mut weights) = ([0.0_f64; 2], 1.0_f64);
+    for other in others {
         let behind = 1.0 - other.score.total / best.score.total.max(TINY);
-        let turn = (other.yaw - best.yaw + 0.5 * symmetry).rem_euclid(symmetry) - 0.5 * symmetry;
         if behind < GAP {
             let weight = 1.0 - (behind / GAP).max(0.0);
-            square += weight * turn * turn;
+            squares[0] += weight * best.distance(other).powi(2);
+            squares[1] += weight * best.turned(other, symmetry).powi(2);
             weights += weight;
         }
     }
-    (square / weights).sqrt()
+    ((squares[0] / weights).sqrt(), (squares[1] / weights).sqrt())
 }
 
-/// Returns one standard deviation of a fit's position, m, and turn, rad, were the scene right.
-fn spread(best: &Candidate, object: &Object) -> (f64, f64) {
-    let turns = object.shape.symmetry() > 0.0;
-    let Some(fit) = best.fit else {
-        return (UNFITTED.0, if turns { UNFITTED.1 } else { 0.0 });
+/// Returns one standard deviation of a place, m, and of its turn, rad, were the scene right: that of its fit and, of what is
+/// behind another, of the other places there that fit about as well.
+fn spread(best: &Candidate, others: &[Candidate], object: &Object) -> (f64, f64) {
+    let symmetry = object.shape.symmetry();
+    let (std, turn_std) = match best.fit {
+        None => UNFITTED,
+        Some(fit) => {
+            let plane = fit.covariance.fixed_view::<2, 2>(0, 0).into_owned();
+            let std = plane.symmetric_eigenvalues().max().max(0.0).sqrt();
+            (std, fit.covariance[(2, 2)].max(0.0).sqrt())
+        }
     };
-    let plane = fit.covariance.fixed_view::<2, 2>(0, 0).into_owned();
-    let std = plane.symmetric_eigenvalues().max().max(0.0).sqrt();
-    (std, fit.covariance[(2, 2)].max(0.0).sqrt())
+    let turn_std = if symmetry > 0.0 { turn_std } else { 0.0 };
+    let (by_place, by_turn) = apart_std(best, others, symmetry);
+    (std.hypot(by_place), turn_std.hypot(by_turn))
 }
 
 /// Probability below which a person is told what speaks most against a place: one in five is wrong.
@@ -462,4 +467,27 @@ fn fill(outline: &Outline, evidence: &Evidence, bbox: [f64; 4], size: (u32, u32)
         }
     }
     mask
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_count_by_how_nearly_they_fit_as_well() {
+        let at = |x: f64, yaw: f64, total: f64| {
+            let score = Score { total, ..Score::default() };
+            Candidate { x, y: 0.0, yaw, score, fit: None }
+        };
+        let (best, quarter) = (at(0.5, 0.1, 0.8), std::f64::consts::FRAC_PI_2);
+        assert_eq!(apart_std(&best, &[], quarter), (0.0, 0.0));
+        // As good: half of the mixture is 6 mm and 0.2 rad off. Far behind: it does not count.
+        let others = [at(0.506, 0.3 - quarter, 0.8), at(0.6, 0.5, 0.8 * (1.0 - GAP))];
+        let (place, turn) = apart_std(&best, &others, quarter);
+        assert!((place - 0.006 / 2.0_f64.sqrt()).abs() < 1e-9, "{place}");
+        assert!((turn - 0.2 / 2.0_f64.sqrt()).abs() < 1e-9, "{turn}");
+        // Half as far behind counts half, and what is round is not turned.
+        let (place, turn) = apart_std(&best, &[at(0.506, 0.3, 0.8 * (1.0 - 0.5 * GAP))], 0.0);
+        assert!((place - 0.006 / 3.0_f64.sqrt()).abs() < 1e-9 && turn == 0.0, "{place} {turn}");
+    }
 }
