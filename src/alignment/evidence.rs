@@ -339,3 +339,20 @@ fn weakest(values: &mut [(f64, f64)], most: f64) -> (f64, f64) {
     }
     (sum, weight)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_nearer_things_edge_is_its_own_to_where_it_ends_to_be_seen() {
+        let square = [(10.0, 10.0), (30.0, 10.0), (30.0, 30.0), (10.0, 30.0)];
+        let square: Vec<Vector2<f64>> = square.map(|(u, v)| Vector2::new(u, v)).to_vec();
+        let hidden = Hidden { mask: None, hulls: vec![square] };
+        let beside = Vector2::new(31.5, 20.0);
+        assert!(hidden.owns_edge(beside, 1.0) && !hidden.covers(beside));
+        let farther = Vector2::new(32.5, 20.0);
+        assert!(!hidden.owns_edge(farther, 1.0) && hidden.owns_edge(farther, 2.0));
+        assert!(!Hidden::default().owns_edge(beside, 1.0));
+    }
+}
