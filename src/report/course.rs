@@ -357,8 +357,8 @@ mod tests {
                 .map(|time| Moment { number: 1, time, step: 1, water_ml: water.to_vec() })
                 .to_vec(),
         };
-        assert_eq!(super::water(&film([0.0, 0.0]), &span), None);
-        assert!(super::water(&film([50.0, 0.0]), &span).is_some_and(|drawn| drawn.contains("cup")));
+        assert_eq!(water(&film([0.0, 0.0]), &span), None);
+        assert!(water(&film([50.0, 0.0]), &span).is_some_and(|drawn| drawn.contains("cup")));
     }
 
     #[test]
