@@ -309,7 +309,8 @@ impl Parts {
 }
 
 /// Returns the bodies' changes that fit best while every body stays one that could be, by alternating directions: a step
-/// towards the data, a step to the nearest bodies that could be, until both agree.
+/// towards the data, a step to the nearest bodies that could be, until both agree. What the fit left out, or left at nothing since
+/// it may not be less, stays nothing: bodies would pay for a load that weighs less than nothing.
 ///
 /// Source: Boyd et al., "Distributed Optimization and Statistical Learning via the Alternating Direction Method of
 /// Multipliers", 2011, §5.
@@ -321,8 +322,9 @@ pub(super) fn consistent(
 ) -> Option<Vec<[f64; NUMBERS]>> {
     let k = problem.prior.len();
     let of_bodies = parts.bodies.end;
-    // Without a load it stays none.
-    let is_loaded = parts.load.clone().any(|at| free.covariance[(at, at)] > 0.0);
+    let is_nothing = |i: usize| {
+        if i < of_bodies { problem.prior[i] <= 0.0 } else { free.covariance[(i, i)] <= 0.0 }
+    };
     let (mut form, along) = problem.form(&free.weights);
     let pull: Vec<f64> =
         (0..k)
@@ -337,9 +339,7 @@ pub(super) fn consistent(
     for i in 0..k {
         // Twice: what is usual, and what pulls the two steps together.
         form[(i, i)] += 2.0 * pull[i] + 1e-12 * form[(i, i)] + 1e-300;
-        let is_load = parts.load.contains(&i) && !is_loaded;
-        let has_name = (parts.modelled..parts.named.end).contains(&i);
-        if is_load || has_name || (i < of_bodies && problem.prior[i] <= 0.0) {
+        if is_nothing(i) {
             form[(i, i)] = f64::MAX.sqrt();
         }
     }
