@@ -49,6 +49,8 @@ struct Logger {
     spring: f64,
     /// A mass 3 cm beside the tip's axis and 6 cm ahead, kg.
     load: f64,
+    /// It sits further out by this along every axis of the tip, m.
+    further: f64,
 }
 
 /// Gains of the controller on position, N·m/rad, and speed, N·m·s/rad.
@@ -130,9 +132,12 @@ fn log(logger: Logger, motion: usize) -> Recording {
     if logger.load > 0.0 {
         let load = format!(
             r#"<link name="load"><inertial><mass value="{}"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link>
-            <joint name="holds" type="fixed"><parent link="end_effector_link"/><child link="load"/><origin xyz="0.03 0 0.06"/></joint>
+            <joint name="holds" type="fixed"><parent link="end_effector_link"/><child link="load"/><origin xyz="{} {} {}"/></joint>
             </robot>"#,
-            logger.load
+            logger.load,
+            0.03 + logger.further,
+            logger.further,
+            0.06 + logger.further
         );
         urdf = urdf.replace("</robot>", &load);
     }
@@ -405,6 +410,34 @@ fn a_load_beside_the_axis_is_one_effect() {
     let mass = number(&finding.effects[0], "mass");
     assert!((mass - 1.3).abs() < 0.013, "{mass} kg");
     assert!(finding.identified.is_empty(), "{:?}", finding.identified);
+}
+
+/// Links and load share the weight; on a light wrist the load's inertia, and a load of less than nothing on both, would have to
+/// be paid for by its mass.
+#[test]
+fn a_load_that_one_recording_alone_bears_is_as_heavy_as_it_is_said_to_be_sure() {
+    let robot = bare_arm();
+    for (load, further, bears) in [(1.3, 0.0, 1), (1.5, 0.1, 1), (1.5, 0.1, 0)] {
+        let loaded = Logger { load, further, ..Logger::default() };
+        let of = |k: usize| log(if k == bears { loaded } else { Logger::default() }, k);
+        let arm = Subject::Arm(&robot, &[]);
+        let options = Options::default();
+        let found = investigate(&[of(0), of(1)], arm, &options, &mut |_, _| {}).unwrap();
+        let finding = found.finding;
+        assert_eq!(finding.verdict, Verdict::DifferentMachines, "{finding:#?}");
+        let [one] = &finding.effects[..] else { panic!("{}: {finding:#?}", finding.reason) };
+        assert_eq!((one.name.as_str(), one.at.as_str()), ("payload", "tool"));
+        let (mass, std) = (number(one, "mass"), &one.parameters["mass"].std);
+        let Value::Number(std) = std else { panic!("{std:?}") };
+        assert!((mass - load).abs() < 3.0 * std, "{mass} +- {std} kg for {load}");
+        assert!(*std < 0.02 * load, "{mass} +- {std} kg");
+        let (com, std) = (&one.parameters["com"].value, &one.parameters["com"].std);
+        let (Value::Vector(com), Value::Vector(std)) = (com, std) else { panic!("{com:?}") };
+        for (axis, at) in [0.03, 0.0, 0.06].into_iter().enumerate() {
+            let off = (com[axis] - at - further).abs();
+            assert!(off < 3.0 * std[axis], "{com:?} +- {std:?} m for {at} + {further}");
+        }
+    }
 }
 
 #[test]

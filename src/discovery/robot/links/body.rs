@@ -1,6 +1,6 @@
 //! A body's ten numbers, which torques are linear in: changed, read, and kept such that there could be such a body.
 
-use nalgebra::{Matrix3, Matrix4, Vector4};
+use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3, Vector4};
 
 use super::super::chain::Body;
 
@@ -21,6 +21,10 @@ pub(super) const NAMES: [(&str, &str); NUMBERS] = [
 
 /// How far a file's numbers usually are off, as a part of the mass, of the mass times its spread, and so on.
 const USUAL: f64 = 0.1;
+
+/// A load is no farther from the last body's frame, m.
+pub(super) const FAR_OUT: f64 = 1.0;
+
 /// Adds a change to a number of a body.
 pub(in super::super) fn change(body: &mut Body, number: usize, by: f64) {
     match number {
@@ -69,6 +73,28 @@ fn pseudo(body: &Body) -> Matrix4<f64> {
     pseudo
 }
 
+/// Returns what mass (kg) and moment (kg·m) of a load are in a body's ten numbers, near a mass at a point with these: a matrix for
+/// them, exact for that one, since the inertia `(|h|² 1 - h hᵀ) / m` is of degree one in both. Where that would be far out, a
+/// load has no inertia.
+pub(super) fn point([mass, moment @ ..]: [f64; 4]) -> DMatrix<f64> {
+    let h = Vector3::from(moment);
+    let mut numbers = DMatrix::<f64>::identity(NUMBERS, 4);
+    if mass <= 0.0 || h.norm() > FAR_OUT * mass {
+        return numbers;
+    }
+    let at = h / mass;
+    for (row, (i, k)) in (4..).zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]) {
+        let is_same = f64::from(u8::from(i == k));
+        numbers[(row, 0)] = at[i] * at[k] - is_same * at.norm_squared();
+        numbers[(row, 1 + i)] -= at[k];
+        numbers[(row, 1 + k)] -= at[i];
+        for axis in 0..3 {
+            numbers[(row, 1 + axis)] += 2.0 * is_same * at[axis];
+        }
+    }
+    numbers
+}
+
 /// The least part of its spread that a body has in any direction.
 const LEAST: f64 = 1e-4;
 
@@ -100,12 +126,10 @@ pub(super) fn nearest(body: &Body, changes: &[f64; NUMBERS]) -> [f64; NUMBERS] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::chain::{Chain, PointMass};
     use super::*;
     use crate::motion::Robot;
     use crate::motion::dynamics::GRAVITY;
-    use nalgebra::Vector3;
-
-    use super::super::super::chain::Chain;
 
     fn changed(body: &Body, changes: &[f64; NUMBERS]) -> Body {
         let mut changed = body.clone();
@@ -130,6 +154,33 @@ mod tests {
             let least = pseudo(&mended).symmetric_eigenvalues().min();
             assert!(mended.mass > 0.0 && least > 0.0, "{}: {least}", body.name);
         }
+    }
+
+    #[test]
+    fn a_load_has_the_inertia_of_a_mass_at_a_point() {
+        let chain = Chain::new(&Robot::gen3(), None, -GRAVITY * Vector3::z()).unwrap();
+        let body = chain.bodies.len() - 1;
+        let borne = |[mass, moment @ ..]: [f64; 4]| {
+            let mut loaded = chain.clone();
+            loaded.add_point(&PointMass { body, mass, moment: Vector3::from(moment) });
+            let (own, new) = (numbers(&chain.bodies[body]), numbers(&loaded.bodies[body]));
+            DMatrix::from_fn(NUMBERS, 1, |k, _| new[k] - own[k])
+        };
+        let load = [1.5, 0.15, -0.12, 0.2];
+        let by = point(load);
+        let exact = (&by * DMatrix::from_column_slice(4, 1, &load) - borne(load)).amax();
+        assert!(exact < 1e-12, "{exact}");
+        for k in 0..4 {
+            let [more, less] = [1e-5, -1e-5].map(|step| {
+                let mut near = load;
+                near[k] += step;
+                borne(near)
+            });
+            let off = ((more - less) / 2e-5 - by.columns(k, 1)).amax();
+            assert!(off < 1e-6, "{k}: {off}");
+        }
+        // A moment without a mass is nowhere.
+        assert!(point([1e-3, 0.1, 0.0, 0.0]).rows(4, 6).amax() <= 0.0);
     }
 
     #[test]

@@ -3,12 +3,13 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::super::explain::ArmGap;
 use super::super::term::{Law, Term};
-use super::body::NUMBERS;
-use super::fit::{Fit, Parts, Problem, consistent, left_of};
+use super::body::{NUMBERS, point};
+use super::fit::{Fit, Parts, Problem, Sums, left_of};
+use super::single::AGREEING;
 use super::{CREEPS, SOME, of_joints, problems};
 use crate::discovery::selection::{Hypothesis, Residuals as _, Set, sum_of_squares};
 
@@ -27,85 +28,96 @@ pub(in super::super) struct Carried {
     pub(in super::super) load: Hypothesis<Term>,
 }
 
+/// The loads that are told, with the inertia that each has where it is.
+struct Loads {
+    /// What all recordings bear and what those held out bear more, as numbers of the last body ([`point`]).
+    points: [DMatrix<f64>; 2],
+    /// Whether all recordings bear something.
+    is_common: bool,
+}
+
+impl Loads {
+    /// Finds them: inertia follows from mass and moment, which are fitted anew with it until they agree.
+    fn of(problem: &Problem, own: &Parts, parts: &Parts) -> Option<Self> {
+        let all = parts.only(&[&parts.bodies, &parts.joints, &parts.load, &parts.more]);
+        let mut loads = Self { points: [point([0.0; 4]), point([0.0; 4])], is_common: false };
+        for _ in 0..AGREEING {
+            let fit = problem.seen(own, &own.seen(&loads.points)).merged().fit(&all)?;
+            loads.is_common = is_told(&fit, &parts.load);
+            loads.points = [&parts.load, &parts.more].map(|load| {
+                let numbers = std::array::from_fn(|k| fit.x[load.start + k]);
+                point(if is_told(&fit, load) { numbers } else { [0.0; 4] })
+            });
+        }
+        Some(loads)
+    }
+}
+
+/// Returns whether a load weighs something, by how sure a fit is of it.
+fn is_told(fit: &Fit, load: &Range<usize>) -> bool {
+    let at = load.start;
+    fit.x[at] > TOLD * fit.covariance[(at, at)].max(0.0).sqrt()
+}
+
 /// Returns the load that makes the recordings held out and those fitted recordings of one machine, if there is one: beside
-/// what both bear.
+/// what both bear. Links share the weight, so they are free beside it, and whether each could be is not asked: thin ones would
+/// lean to one side, and the load with them.
 pub(in super::super) fn carried(gap: &ArmGap) -> Option<Carried> {
     let thinned = gap.for_search();
     let bodies = &gap.train[0].arm.chain.bodies;
     let own = Parts::of(bodies.len());
     let parts = own.merged();
-    let common = parts.only(&[&parts.bodies, &parts.joints, &parts.load]);
-    let all = parts.only(&[&parts.bodies, &parts.joints, &parts.load, &parts.more]);
-    let merged = problems(&thinned)?.into_iter().zip(CREEPS).filter_map(|(problem, creep)| {
-        let merged = problem.merged(&own);
-        let free = merged.fit(&all)?;
-        Some((problem, merged, free, creep))
+    let problems = problems(&thinned)?;
+    let loads = Loads::of(problems.first()?, &own, &parts)?;
+    let seen = own.seen(&loads.points);
+    let common = loads.is_common.then_some(&parts.load);
+    let list: Vec<_> =
+        [&parts.bodies, &parts.joints, &parts.more].into_iter().chain(common).collect();
+    let all = parts.only(&list);
+    let merged = problems.into_iter().zip(CREEPS).filter_map(|(problem, creep)| {
+        let sets = problem.seen(&own, &seen);
+        let merged = sets.merged();
+        let fit = merged.fit(&all)?;
+        Some((sets, merged, fit, creep))
     });
-    let (problem, merged, free, creep) =
-        merged.min_by(|a, b| a.2.total().total_cmp(&b.2.total()))?;
-    let changes = consistent(&merged, bodies, &parts, &free)?;
-    let beside = parts.only(&[&parts.joints, &parts.load, &parts.more]);
-    let with = merged.beside(&changes).fit(&beside)?;
-    let plain = merged.fit(&common)?;
-    let mean = |fit: &Fit| left_of(&merged.train, &fit.x, &with.weights);
-    let x = whole(&with.x, &changes);
-    let at = parts.more.start;
-    let std = with.covariance[(at, at)].max(0.0).sqrt();
-    if mean(&plain) < CLEAR || x[at] <= TOLD * std {
+    let (sets, merged, fit, creep) = merged.min_by(|a, b| a.2.total().total_cmp(&b.2.total()))?;
+    let plain = merged.fit(&parts.only(&[&parts.bodies, &parts.joints, &parts.load]))?;
+    let is_needed = left_of(&merged.train, &plain.x, &fit.weights) >= CLEAR;
+    if !is_needed || !is_told(&fit, &parts.more) {
         return None;
     }
     // Each set by what its own numbers leave of it.
-    let each = own.only(&[&own.bodies, &own.joints, &own.load]);
-    let turned = problem.turned();
-    let (here, there) = (problem.fit(&each)?, turned.fit(&each)?);
-    let of_one = |alone: &Problem, fit: &Fit, part: f64| {
-        left_of(&alone.train, &borne(&x, &own, &parts, part), &fit.weights) < SOME
-    };
-    if !of_one(&problem, &here, 0.0) || !of_one(&turned, &there, 1.0) {
+    let here = sets.fit(&parts.only(&[&parts.bodies, &parts.joints, &parts.load]))?;
+    let there = sets.turned().fit(&parts.only(&[&parts.bodies, &parts.joints, &parts.more]))?;
+    let is_of_one = |sums: &[Sums], own: &Fit| left_of(sums, &fit.x, &own.weights) < SOME;
+    if !is_of_one(&sets.train, &here) || !is_of_one(&sets.heldout, &there) {
         return None;
     }
-    let gap = loaded(gap, &changes, &with, creep, &parts);
-    let load = at_tip(&gap, &with, &parts.more);
-    // A mass that is far off is hard to turn, which the sums do not know.
+    let gap = loaded(gap, &fit, creep, &parts);
+    let load = at_tip(&gap, &fit, &parts.more);
+    // The same by all rows, and by the law that is told.
     let left = gap.residuals(Set::Heldout, &load.terms, &load.parameters)?;
     let left = sum_of_squares(&left) / gap.count(Set::Heldout) as f64;
-    let rows: f64 = turned.train.iter().map(|sums| sums.rows).sum();
-    let of_own: f64 = turned.train.iter().map(|sums| sums.left(&there.x) * sums.rows / rows).sum();
+    let rows: f64 = sets.heldout.iter().map(|sums| sums.rows).sum();
+    let of_own: f64 = sets.heldout.iter().map(|sums| sums.left(&there.x) * sums.rows / rows).sum();
     (left < SOME * of_own).then_some(Carried { gap, load })
 }
 
-/// Returns the numbers of one set: beside what both bear a part of what one of them bears more.
-fn borne(x: &DVector<f64>, own: &Parts, parts: &Parts, part: f64) -> DVector<f64> {
-    let mut own_x = x.rows(0, own.count).into_owned();
-    for (at, more) in own.load.clone().zip(parts.more.clone()) {
-        own_x[at] += part * x[more];
-    }
-    own_x
-}
-
-/// Returns all numbers: those of the bodies, and what was fitted beside them.
-fn whole(beside: &DVector<f64>, changes: &[[f64; NUMBERS]]) -> DVector<f64> {
-    let mut x = beside.clone();
-    x.iter_mut().zip(changes.iter().flatten()).for_each(|(x, by)| *x = *by);
-    x
-}
-
 /// Returns the recordings held out, to be fitted and judged, with links, joints and what both bear as they are.
-fn loaded(
-    gap: &ArmGap,
-    changes: &[[f64; NUMBERS]],
-    with: &Fit,
-    creep: f64,
-    parts: &Parts,
-) -> ArmGap {
+fn loaded(gap: &ArmGap, fit: &Fit, creep: f64, parts: &Parts) -> ArmGap {
     let (mut terms, mut values) = gap.known.clone();
-    let of_joints = of_joints(&with.x, parts, creep);
+    let of_joints = of_joints(&fit.x, parts, creep);
     terms.extend(of_joints.0);
     values.extend(of_joints.1);
-    let Hypothesis { terms: load, parameters, .. } = at_tip(gap, with, &parts.load);
-    terms.extend(load);
-    values.extend(parameters);
-    gap.of_heldout(changes, (terms, values))
+    if fit.x[parts.load.start] > 0.0 {
+        let Hypothesis { terms: load, parameters, .. } = at_tip(gap, fit, &parts.load);
+        terms.extend(load);
+        values.extend(parameters);
+    }
+    let bodies = 0..parts.bodies.len() / NUMBERS;
+    let changes: Vec<[f64; NUMBERS]> =
+        bodies.map(|body| std::array::from_fn(|k| fit.x[body * NUMBERS + k])).collect();
+    gap.of_heldout(&changes, (terms, values))
 }
 
 /// Returns a load in the frame of the tip instead of that of the last body.

@@ -32,6 +32,15 @@ impl Sums {
         (left / self.rows.max(1.0)).max(1e-12)
     }
 
+    /// Returns the same by other numbers, of which those there are follow through `by`.
+    fn seen(&self, by: &DMatrix<f64>) -> Self {
+        Self {
+            gram: by.transpose() * (&self.gram * by),
+            along: by.tr_mul(&self.along),
+            ..self.clone()
+        }
+    }
+
     /// Returns what is left to be explained by a sensor that shows `gain` times what there is; `modelled` is the column of
     /// what the model says.
     fn with_gain(&self, gain: f64, modelled: usize) -> Self {
@@ -205,32 +214,28 @@ impl Problem {
         self.with(of(&self.train), of(&self.heldout))
     }
 
-    /// Returns both sets as one to be fitted, with what only the recordings held out bear after all else ([`Parts::more`]).
-    pub(super) fn merged(&self, parts: &Parts) -> Self {
-        let (k, all) = (self.prior.len(), self.prior.len() + parts.load.len());
-        let of = |at: usize| if at < k { at } else { parts.load.start + at - k };
-        let both = |(fitted, held): (&Sums, &Sums)| {
-            let common = |at: usize| if at < k { 1.0 } else { 0.0 };
-            let gram = |i: usize, j: usize| {
-                common(i) * common(j) * fitted.gram[(of(i), of(j))] + held.gram[(of(i), of(j))]
-            };
-            Sums {
-                joint: fitted.joint,
-                gram: DMatrix::from_fn(all, all, gram),
-                along: DVector::from_fn(all, |i, _| {
-                    common(i) * fitted.along[of(i)] + held.along[of(i)]
-                }),
-                square: fitted.square + held.square,
-                rows: fitted.rows + held.rows,
-                related: fitted.related.max(held.related),
-            }
-        };
+    /// Returns both sets by the numbers of [`Parts::merged`], as the recordings fitted and those held out see them ([`Parts::seen`]).
+    pub(super) fn seen(&self, own: &Parts, [fitted, held]: &[DMatrix<f64>; 2]) -> Self {
+        let of = |all: &[Sums], by: &DMatrix<f64>| all.iter().map(|sums| sums.seen(by)).collect();
         Self {
-            train: self.train.iter().zip(&self.heldout).map(both).collect(),
-            heldout: Vec::new(),
-            prior: (0..all).map(|at| self.prior[of(at)]).collect(),
-            is_up: (0..all).map(|at| self.is_up[of(at)]).collect(),
+            train: of(&self.train, fitted),
+            heldout: of(&self.heldout, held),
+            prior: [&self.prior[..], &self.prior[own.load.clone()]].concat(),
+            is_up: [&self.is_up[..], &self.is_up[own.load.clone()]].concat(),
         }
+    }
+
+    /// Returns both sets as one to be fitted.
+    pub(super) fn merged(&self) -> Self {
+        let both = |(fitted, held): (&Sums, &Sums)| Sums {
+            joint: fitted.joint,
+            gram: &fitted.gram + &held.gram,
+            along: &fitted.along + &held.along,
+            square: fitted.square + held.square,
+            rows: fitted.rows + held.rows,
+            related: fitted.related.max(held.related),
+        };
+        self.with(self.train.iter().zip(&self.heldout).map(both).collect(), Vec::new())
     }
 
     fn with(&self, train: Vec<Sums>, heldout: Vec<Sums>) -> Self {
@@ -247,7 +252,7 @@ pub(super) struct Parts {
     pub(super) modelled: usize,
     /// Single effects that could be taken for other links: a spring at each joint, a zero at each joint, a tilt of the base.
     pub(super) named: Range<usize>,
-    /// What the recordings held out bear more, where both sets are one ([`Problem::merged`]).
+    /// What the recordings held out bear more, where both sets have the same numbers ([`Problem::seen`]).
     pub(super) more: Range<usize>,
     /// How many there are.
     pub(super) count: usize,
@@ -277,11 +282,23 @@ impl Parts {
         Self { bodies, joints, load, modelled, more: named.end..named.end, count: named.end, named }
     }
 
-    /// Returns the same where both sets are one.
+    /// Returns the same where both sets have the same numbers.
     pub(super) fn merged(&self) -> Self {
         let count = self.count + LOAD.len();
         let parts = Self::of(self.bodies.len() / NUMBERS);
         Self { more: self.count..count, count, ..parts }
+    }
+
+    /// Returns how these numbers follow from those of [`Self::merged`], in the recordings fitted and in those held out: a load is
+    /// numbers of the last body, as [`super::body::point`] has them for what both bear and for what the latter bear more.
+    pub(super) fn seen(&self, [both, more]: &[DMatrix<f64>; 2]) -> [DMatrix<f64>; 2] {
+        let last = self.bodies.end - NUMBERS;
+        let mut fitted = DMatrix::<f64>::identity(self.count, self.count + LOAD.len());
+        fitted.columns_mut(self.load.start, LOAD.len()).fill(0.0);
+        fitted.view_mut((last, self.load.start), (NUMBERS, LOAD.len())).copy_from(both);
+        let mut held = fitted.clone();
+        held.view_mut((last, self.count), (NUMBERS, LOAD.len())).copy_from(more);
+        [fitted, held]
     }
 
     /// Returns the effects with a name of which each may be all that is missing: one spring, one zero, the base's tilt.

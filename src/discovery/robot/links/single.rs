@@ -4,13 +4,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::chain::Body;
-use super::body::{NUMBERS, numbers};
+use super::body::{FAR_OUT, NUMBERS, numbers};
 use super::fit::{Fit, Parts, Problem};
 
 /// How often a load's inertia and its moment are made to agree: each time what is wrong falls to a few hundredths.
-const AGREEING: usize = 4;
-/// A load is no farther from the last body's frame, m.
-const FAR_OUT: f64 = 1.0;
+pub(super) const AGREEING: usize = 4;
 
 /// Returns what is left of the recordings held out by each effect with a name beside the numbers of the file: a load, every link
 /// heavier by itself, and every other that could be taken for other links.
