@@ -212,7 +212,7 @@ fn what_is_too_wide_from_above_alone_is_said_to_be_too_wide() {
     assert!(*width > opening - 0.008 && *width < 0.1, "{error}");
 }
 
-/// A Panda and a can: "all 48 reachable ways touch something, mostly panda_hand with can", when nothing else was near. Here a box
+/// A Panda and a can: "all 48 reachable ways touch something, mostly `panda_hand` with can", when nothing else was near. Here a box
 /// that is as deep as no hand reaches round: 60 mm from its middle, of which the palm is 30 mm behind the tool, drawn back by 22 mm
 /// at most, and 5 mm are left.
 #[test]

@@ -51,3 +51,22 @@ fn a_mug_is_poured_from_with_its_handle_out_of_the_way() {
     let water = run.water.unwrap();
     assert!(water.in_target_ml > 110.0 && water.spilt_ml < 3.0, "{water:?}");
 }
+
+/// A UR5e could put nothing into any vessel: its own links were nearer to each other than it keeps from walls. Of what lay on a tray
+/// fingers from above were sent as far down as from the table, into the tray.
+#[test]
+fn a_die_is_put_into_a_bin_and_taken_out_and_a_slab_from_a_tray() {
+    let places = [
+        ("die", 0.5, 0.19, -0.1),
+        ("bin", 0.68, -0.11, -0.4),
+        ("slab", 0.53, -0.28, 0.1),
+        ("tray", 0.68, 0.25, 0.8),
+    ];
+    for line in [
+        "put(die, at: bin) then put(die, at: table)",
+        "put(slab, at: tray) then put(slab, at: next_to(tray))",
+    ] {
+        let (run, _) = done("flat.task", &places, line);
+        assert_eq!((run.outcome, run.reached), (Ending::Success, true), "{line}: {:?}", run.reason);
+    }
+}
