@@ -49,7 +49,7 @@ pub(super) fn offering() -> Command {
     let mut command = signed(Cli::command()).max_term_width(WIDEST);
     command.build();
     offered::hidden_elsewhere(command).mut_subcommands(|own| match topic(own.get_name()) {
-        Some(topic) => own.after_help(told(topic)),
+        Some(topic) => own.after_help(topic.told()),
         None => own,
     })
 }
@@ -90,22 +90,6 @@ fn sections(command: &Command) -> String {
     text
 }
 
-fn told(topic: &Topic) -> String {
-    let title: String = topic
-        .title
-        .chars()
-        .take(1)
-        .flat_map(char::to_uppercase)
-        .chain(topic.title.chars().skip(1))
-        .collect();
-    format!("{title}\n\n{}", topic.text)
-}
-
-/// Returns the names of all topics, each with what is told of it.
-pub(super) fn topics() -> Vec<(&'static str, String)> {
-    TOPICS.iter().map(|topic| (topic.name, told(topic))).collect()
-}
-
 /// `trueup help [TOPIC]`.
 pub(super) fn help(args: &HelpArgs, style: Style) -> Result<Exit, Failure> {
     let Some(wanted) = &args.topic else {
@@ -125,7 +109,7 @@ pub(super) fn help(args: &HelpArgs, style: Style) -> Result<Exit, Failure> {
     let name = wanted.trim();
     let text = match topic(name) {
         Some(topic) => {
-            let mut text = told(topic);
+            let mut text = topic.told();
             if command().find_subcommand(name).is_some() {
                 let _ = write!(text, "\n\nOptions: `trueup {name} --help`");
             }

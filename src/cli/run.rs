@@ -18,7 +18,8 @@ use super::inputs::read;
 use super::shared::{CellArgs, Common, Shared};
 use super::signals::{self, is_interrupted, stop_on_interrupt};
 use super::teach::Lead;
-use super::{gap, guide, say};
+use super::topics::topics;
+use super::{gap, say};
 use crate::report::exit::{Exit, ended};
 
 /// Run a saved script; a run folder is written.
@@ -263,7 +264,7 @@ fn with_hands(
             say::propose(&model, said, library, scene, &is_interrupted)
         }
     });
-    let topics = guide::topics();
+    let topics = topics();
     work(Hands {
         perform: &|cell, step| {
             let source = Source::new("prompt", language::text::step(step));

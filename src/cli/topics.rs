@@ -13,6 +13,20 @@ pub(super) struct Topic {
     pub(super) text: &'static str,
 }
 
+impl Topic {
+    /// Returns all that is told of it.
+    pub(super) fn told(&self) -> String {
+        let mut title = self.title.chars();
+        let first = title.by_ref().take(1).flat_map(char::to_uppercase).collect::<String>();
+        format!("{first}{}\n\n{}", title.as_str(), self.text)
+    }
+}
+
+/// Returns the names of all topics, each with what is told of it.
+pub(super) fn topics() -> Vec<(&'static str, String)> {
+    TOPICS.iter().map(|topic| (topic.name, topic.told())).collect()
+}
+
 /// All topics, in the order in which a newcomer meets them.
 pub(super) const TOPICS: &[Topic] = &[
     Topic {

@@ -6,7 +6,8 @@
 //! written into the model as it was fitted, it explains data without any formula; and names that leave most of the gap are none.
 //! Where nothing but exact laws is missing, they leave noise, and names may well make up for each other.
 
-use super::search::{begins, pays};
+use super::refit::begins;
+use super::search::pays;
 use super::steady::{judge, rms};
 use super::{Hypothesis, Options, Outcome, Residuals, Set};
 use crate::discovery::finding::{EXPLAINED, SIGNIFICANT, above_noise, shrink};

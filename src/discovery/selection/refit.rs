@@ -37,6 +37,12 @@ pub(super) fn same_terms<T: PartialEq>(a: &[T], b: &[T]) -> bool {
     a.len() == b.len() && a.iter().all(|term| b.contains(term))
 }
 
+/// Returns where the parameters of an effect begin.
+pub(super) fn begins<G: Residuals>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> usize {
+    let before = best.terms[..at].iter().map(|term| gap.specs(term).len());
+    gap.nuisance().len() + before.sum::<usize>()
+}
+
 /// Returns for every parameter whether it may move.
 pub(super) fn movable<G: Residuals>(gap: &G, specs: &[ParameterSpec]) -> Vec<bool> {
     let (stay, own) = (gap.shapes_stay(), gap.nuisance().len());

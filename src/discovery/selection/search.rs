@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::alone::least_borne;
-use super::refit::{near_parameters, refit_some, same_terms, together};
+use super::refit::{begins, near_parameters, refit_some, same_terms, together};
 use super::screen::Local;
 use super::steady::{judge_all, least_steady, steadied};
 use super::sure::{DETERMINED, least_sure};
@@ -438,12 +438,6 @@ pub(super) fn sensible_at<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>, at: us
 /// Returns whether every effect of a hypothesis is one that could be.
 pub fn is_sensible<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>) -> bool {
     (0..h.terms.len()).all(|at| sensible_at(gap, h, at))
-}
-
-/// Returns where the parameters of an effect begin.
-pub(super) fn begins<G: Residuals>(gap: &G, best: &Hypothesis<G::Term>, at: usize) -> usize {
-    let before = best.terms[..at].iter().map(|term| gap.specs(term).len());
-    gap.nuisance().len() + before.sum::<usize>()
 }
 
 /// Says how far behind each rival is; those far behind are kept as runners-up, the best few only.

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::refit::begins;
 use super::rounds::FAR;
-use super::search::{begins, pays, weighed};
+use super::search::{pays, weighed};
 use super::{Hypothesis, Options, Outcome, Residuals, Rival, Set, sum_of_squares};
 use crate::discovery::finding::{Split, Step};
 use crate::discovery::resample::{self, Draw, STRETCHES};

@@ -3,7 +3,7 @@
 //! When it joined it was; a shape that was fitted since, or what joined after it, may say the same by other numbers. An offset and a
 //! ripple of an order of about one are such a pair: each as large as one likes, if the other is.
 
-use super::search::begins;
+use super::refit::begins;
 use super::{Hypothesis, Outcome, Residuals};
 
 /// An effect smaller than this many of its own standard deviations is not there: where two of its numbers

@@ -8,7 +8,8 @@ use crate::world::frame::{Object, Tool, World};
 use crate::world::{self as scene, Drawer, Point, Pose};
 
 use super::super::wording;
-use super::grasp::{Grasp, distance, side_pose};
+use super::follow::distance;
+use super::grasp::{Grasp, side_pose};
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
 
 /// How far before the bar the hand stops first, m: as far as before any thing (`STANDOFF` of grasps), from 57 mm on the tips are

@@ -4,7 +4,7 @@ use crate::motion::ik::Solver;
 use crate::world::Pose;
 use crate::world::frame::{Base, Flange};
 
-use super::{RESERVE, distance};
+use super::RESERVE;
 
 /// A continuous motion never moves a joint further than this between two poses, rad. The poses that are followed are
 /// 5 mm or 2 deg apart, so that a joint turns by some hundredths; near a singular position it may turn ten times as
@@ -17,6 +17,11 @@ const FOLLOWED: f64 = 0.5;
 /// How far joint 3 is moved, rad, in the order tried, when a pose has no solution where it is. Chosen: the small shift
 /// keeps the elbow nearly still, the large one is below half of [`JUMP`], so that the other joints may follow.
 const ELBOW_SHIFTS: [f64; 5] = [0.0, 0.04, -0.04, 0.1, -0.1];
+
+/// Returns the largest change of a joint between two positions, rad.
+pub fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
 
 /// Returns the joint position nearest to `last` that brings the tip to a pose a small way off.
 ///

@@ -6,6 +6,7 @@ use crate::world::frame::{Object, Tool, World};
 use crate::world::{self as scene, Point, Pose, Shape, support};
 
 use super::super::wording;
+use super::follow::distance;
 use super::grip;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
 
@@ -334,11 +335,6 @@ fn spread(ways: Vec<Lifted>, passes: &dyn Fn(&Lifted) -> bool) -> Vec<Grasp> {
         }
     }
     kept
-}
-
-/// Returns the largest change of a joint between two positions, rad.
-pub fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// Returns the tool pose at `at` m that points along `heading` rad, `pitch` rad down, its jaws opening

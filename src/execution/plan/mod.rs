@@ -44,7 +44,8 @@ use super::cell::Cell;
 use follow::follow;
 
 pub use felt::{force_at, force_of, gravity_torque, mass_of};
-pub use grasp::{Grasp, distance, side_pose};
+pub use follow::distance;
+pub use grasp::{Grasp, side_pose};
 pub use place::Placement;
 pub use pour::Pour;
 pub use push::{Leg, Push};

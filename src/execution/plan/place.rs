@@ -11,7 +11,8 @@ use crate::world::region::{self, Bearer, TABLE};
 use crate::world::{self as scene, Point, Pose, Region, Unknown, support};
 
 use super::super::wording;
-use super::grasp::{LIFT, distance};
+use super::follow::distance;
+use super::grasp::LIFT;
 use super::hollow;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, UNKNOWN, Why, straight};
 

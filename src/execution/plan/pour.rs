@@ -12,7 +12,7 @@ use crate::world::frame::{self, Tool, World};
 use crate::world::{Object, Pose, Scene, Shape};
 
 use super::super::wording;
-use super::grasp::distance;
+use super::follow::distance;
 use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, brim};
 
 /// How far the jar is turned: past level, so that the last film runs out, rad. The twin's water is out of a jar at 92

@@ -17,7 +17,8 @@ use crate::world::{self as scene, Pose, Region, Shape, support};
 
 use super::super::wording;
 use super::ends::Slides;
-use super::grasp::{distance, side_pose};
+use super::follow::distance;
+use super::grasp::side_pose;
 use super::roadmap::Roadmap;
 use super::{Dropped, FARTHEST_TOLD, NoWay, Planner, REACHING, TRACKING, Why, straight};
 

@@ -8,7 +8,8 @@ use crate::world::frame::{Object, Tool, World};
 use crate::world::{self as scene, Pose};
 
 use super::super::wording;
-use super::grasp::{distance, side_pose};
+use super::follow::distance;
+use super::grasp::side_pose;
 use super::{Dropped, NoWay, Planner, REACHING, TRACKING, Why, straight};
 
 /// How many times round, and how far apart the poses on the way are, rad.
