@@ -10,7 +10,10 @@ use super::refit::begins;
 use super::search::pays;
 use super::steady::{judge, rms};
 use super::{Hypothesis, Options, Outcome, Residuals, Set};
-use crate::discovery::finding::{EXPLAINED, SIGNIFICANT, above_noise, shrink};
+use crate::discovery::finding::{ESTIMATED, EXPLAINED, SIGNIFICANT, above_noise, shrink};
+
+/// A misfit this many standard deviations of χ² above its expectation is likely none of noise.
+const LIKELY: f64 = 2.0;
 
 /// Returns which name to leave out where something without one is at work: the first that does not pay beside the larger ones
 /// alone, or, where all of them leave most of the gap, the smallest.
@@ -60,9 +63,11 @@ fn as_fitted<G: Residuals>(
     h
 }
 
-/// Returns whether a sum of squares that is left of a set is more than noise.
+/// Returns whether a sum of squares that is left of a set is more than noise: sure of it, or, where rows are few, likely and more
+/// than an error of the noise itself.
 fn is_gap<G: Residuals>(gap: &G, set: Set, left: f64) -> bool {
-    above_noise(left, gap.count(set)) >= SIGNIFICANT
+    let above = above_noise(left, gap.count(set));
+    above >= SIGNIFICANT || (above >= LIKELY && rms(gap, set, left) >= ESTIMATED)
 }
 
 /// Returns which part of the gap a hypothesis explains: on the data held out, or, where those show none, on the data fitted.
