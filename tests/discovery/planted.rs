@@ -159,7 +159,7 @@ fn friction_that_fades_is_as_sharp_as_any() {
     let found = investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding;
     let [effect] = &found.effects[..] else { panic!("{:#?}", found.effects) };
     assert_eq!((effect.name.as_str(), effect.at.as_str()), ("unknown", "joint_2"));
-    assert!((number(effect, "torque").0 - 2.0).abs() < 0.04, "{:?}", effect.parameters);
+    assert!((number(effect, "torque").0 - 2.0).abs() < 0.07, "{:?}", effect.parameters);
     assert!((number(effect, "time").0 - 5.0).abs() < 0.25, "{:?}", effect.parameters);
 }
 

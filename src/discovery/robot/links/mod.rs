@@ -178,7 +178,8 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let best = Freed::best(freed, &problem, bodies, &weights)?;
     let left = best.judged(&problem, &weights);
     let apart = Apart::of(&problem, &parts, left.min(plainest), &weights)?;
-    let are_apart = apart.by > SOME;
+    // Where those fitted bear it, the file as it is may be right of those held out, and what was fitted is not.
+    let are_apart = apart.by > SOME || left > SOME * plainest;
     if apart.by > ANOTHER {
         let different = Some(apart.words(&parts));
         return Some(Numbers { are_apart, different, ..Numbers::default() });
