@@ -52,7 +52,7 @@ fn a_mug_is_poured_from_with_its_handle_out_of_the_way() {
     assert!(water.in_target_ml > 110.0 && water.spilt_ml < 3.0, "{water:?}");
 }
 
-/// A UR5e could put nothing into any vessel: its own links were nearer to each other than it keeps from walls. Of what lay on a tray
+/// One arm could put nothing into any vessel: its own links were nearer to each other than it keeps from walls. Of what lay on a tray
 /// fingers from above were sent as far down as from the table, into the tray.
 #[test]
 fn a_die_is_put_into_a_bin_and_taken_out_and_a_slab_from_a_tray() {
