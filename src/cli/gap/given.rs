@@ -167,10 +167,10 @@ mod tests {
             ["1-pick", "2-pour", "3-pour", "answers.jsonl"].map(|name| root.path().join(name));
         assert_eq!(names(&all), Ok((both.0, 2)));
         // A run that was given twice counted twice in the fit.
-        let again = root.path().join("3-pour").join("..").join("1-pour");
-        let twice = ["1-pour".into(), "3-pour".into(), "1".into(), again];
-        assert_eq!(names(&twice), Ok((vec!["3-pour".into(), "1-pour".into()], 1)));
-        assert_eq!(names(&["1".into(), "1".into()]), Ok((vec!["1-pour".into()], 1)));
+        let again = root.path().join("3-pour").join("..").join("1-pick");
+        let twice = ["1-pick".into(), "3-pour".into(), "1".into(), again];
+        assert_eq!(names(&twice), Ok((vec!["3-pour".into(), "1-pick".into()], 1)));
+        assert_eq!(names(&["1".into(), "1".into()]), Ok((vec!["1-pick".into()], 1)));
         assert_eq!(names(&["2".into()]).unwrap_err(), "gap::nothing");
         assert_eq!(names(&["7".into()]).unwrap_err(), "run::unknown");
     }
