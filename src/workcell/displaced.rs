@@ -33,9 +33,8 @@ pub(super) fn displaced(scene: &Scene, start: &WorldState, steps: &[StepRecord])
     let Some(last) = steps.last() else { return Vec::new() };
     let worked = worked_on(start, steps);
     let is_meant = |name: &str| {
-        let pile = iter::successors(Some(name.to_owned()), |on| below(scene, start, on));
-        // A pile is no higher than there are things.
-        pile.take(scene.objects.len()).any(|on| worked.contains(on.as_str()))
+        let pile = support::pile(scene, &start.objects, name);
+        pile.iter().any(|on| worked.contains(on.as_str()))
     };
     let elsewhere = last.measured.objects.iter().filter_map(|now| {
         let before = start.object(&now.name)?;
@@ -62,12 +61,6 @@ fn worked_on<'a>(start: &'a WorldState, steps: &'a [StepRecord]) -> BTreeSet<&'a
     });
     let worlds = iter::once(start).chain(steps.iter().map(|step| &step.measured));
     deeds.chain(worlds.filter_map(|world| world.held.as_deref())).collect()
-}
-
-/// Returns what a thing stands on or in, the table aside.
-fn below(scene: &Scene, world: &WorldState, name: &str) -> Option<String> {
-    let pose = world.object(name)?.world_from_object?;
-    support::below(scene, &world.objects, scene.object(name)?, &pose).name
 }
 
 #[cfg(test)]

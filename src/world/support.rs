@@ -41,6 +41,16 @@ pub fn below(
     bears.fold(table, |highest, next| if next.height > highest.height { next } else { highest })
 }
 
+/// Returns a thing and what it stands on or in, and that in turn, by name, the table aside: the thing first, as far as places are known.
+pub fn pile(scene: &Scene, objects: &[ObjectState], name: &str) -> Vec<String> {
+    let next = |on: &String| {
+        let pose = objects.iter().find(|known| known.name == *on)?.world_from_object?;
+        below(scene, objects, scene.object(on)?, &pose).name
+    };
+    // A pile is no higher than there are things.
+    std::iter::successors(Some(name.to_owned()), next).take(scene.objects.len()).collect()
+}
+
 /// Returns how high `other` bears `o` with its base at `base`, and how far inside its side that is, m; `None` when it is
 /// not below it.
 fn top_of(

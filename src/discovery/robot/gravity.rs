@@ -6,10 +6,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::channels::Quantity;
+use super::channels::{Channel, Quantity};
 use super::error::Misfit;
 use super::plausible::{SURE, beyond, norm};
 use super::simulate::Model;
+use crate::discovery::recording::sidecar::TorqueSensor;
 
 /// Another gravity is further off than this part of the one that was said.
 const ELSEWHERE: f64 = 0.3;
@@ -88,7 +89,7 @@ fn along_axes(direction: &Vector3<f64>) -> Vector3<f64> {
 fn fitted(shown: &[Shown], said: f64) -> Option<Vector3<f64>> {
     let (mut normal, mut along, mut whole, mut rows) =
         (Matrix3::zeros(), Vector3::zeros(), 0.0, 0.0);
-    for shown in shown.iter().filter(|shown| shown.noise > 0.0) {
+    for shown in shown {
         for (row, residual) in shown.residual.iter().enumerate() {
             let weight = Vector3::from_fn(|axis, _| shown.weight[axis][row]) / shown.noise;
             let residual = residual / shown.noise;
@@ -143,14 +144,20 @@ fn shown(model: &Model) -> Vec<Shown> {
             arm.chain.inverse_under(&unit, &q, &still, &still, &mut torques[axis]);
         }
         for joint in 0..n {
-            torques[3][joint] += arm.armature[joint] * ddq[joint];
+            if arm.torque_sensor == TorqueSensor::Motor {
+                torques[3][joint] += arm.armature[joint] * ddq[joint];
+            }
             for (needed, torque) in needed.iter_mut().zip(&torques) {
                 needed[joint].push(torque[joint]);
             }
         }
     }
-    let sensors = course.data.channels.iter().filter(|c| c.quantity == Quantity::Torque);
-    let of_sensor = |channel: &super::channels::Channel| {
+    let sensors = course
+        .data
+        .channels
+        .iter()
+        .filter(|channel| channel.quantity == Quantity::Torque && channel.noise > 0.0);
+    let of_sensor = |channel: &Channel| {
         let joint = channel.index;
         let dry: Vec<f64> = rows.iter().map(|row| dq[joint][*row].signum()).collect();
         let always = vec![1.0; rows.len()];

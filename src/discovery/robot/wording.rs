@@ -358,7 +358,7 @@ pub fn equation(term: &Term, estimates: &[ParameterEstimate]) -> String {
         Law::LinkMass => format!("the link after joint {j} weighs {} more", n(0)),
         Law::Armature => format!("tau_{j} += {} * ddq_{j}", n(0)),
         Law::BaseTilt => {
-            format!("g = R(roll {}, pitch {})' * (0, 0, -g)", n(0), n(1))
+            format!("gravity = R(roll {}, pitch {})' * gravity", n(0), n(1))
         }
         Law::TorqueOffset => format!("measured tau_{j} = tau_{j} + {}", n(0)),
         Law::TorqueGain => format!("measured tau_{j} = {} * tau_{j}", n(0)),

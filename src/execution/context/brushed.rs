@@ -2,7 +2,7 @@
 //!
 //! In the twin it is known what moved; a rehearsal is judged by it. Of an arm it is known after a look.
 
-use crate::world::{Object, Scene, WorldState, support};
+use crate::world::{Scene, WorldState, support};
 
 use super::super::error::ActionError;
 use super::ActionContext;
@@ -46,34 +46,20 @@ fn brushed(scene: &Scene, before: &WorldState, after: &WorldState) -> Option<Bru
     let moved = scene.objects.iter().filter_map(|object| {
         let at = |state: &WorldState| Some(state.object(&object.name)?.world_from_object?.origin());
         let by = (at(after)? - at(before)?).norm();
-        let is_meant = by <= MOVED || is_carried(scene, before, object);
-        (!is_meant).then(|| Brushed { object: object.name.clone(), by })
+        let is_carried = || {
+            let pile = support::pile(scene, &before.objects, &object.name);
+            before.held.as_ref().is_some_and(|held| pile.contains(held))
+        };
+        (by > MOVED && !is_carried()).then(|| Brushed { object: object.name.clone(), by })
     });
     moved.max_by(|a, b| a.by.total_cmp(&b.by))
-}
-
-/// Whether a thing is in the hand, or on or in what is.
-fn is_carried(scene: &Scene, state: &WorldState, object: &Object) -> bool {
-    let Some(held) = state.held.as_deref() else { return false };
-    let mut object = object;
-    // Nothing stands on more things than there are.
-    for _ in &scene.objects {
-        if object.name == held {
-            return true;
-        }
-        let pose = state.object(&object.name).and_then(|known| known.world_from_object);
-        let below = pose.and_then(|pose| support::below(scene, &state.objects, object, &pose).name);
-        let Some(next) = below.and_then(|name| scene.object(&name)) else { return false };
-        object = next;
-    }
-    false
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::world::object::vessel;
-    use crate::world::{ObjectState, Pose, Shape};
+    use crate::world::{Object, ObjectState, Pose, Shape};
 
     #[test]
     fn what_the_arm_brushed_is_told_and_what_it_carried_is_not() {
