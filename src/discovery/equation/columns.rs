@@ -18,6 +18,8 @@ pub struct Data {
     pub name: String,
     /// When each row was taken, s.
     pub time: Vec<f64>,
+    /// The usual step of time ([`usual_step`]), s.
+    pub step: f64,
     /// One column per input, in SI.
     pub inputs: Vec<Vec<f64>>,
     /// One column per output, in SI.
@@ -75,9 +77,9 @@ impl Data {
         // Seconds since 1970 leave no digits for a step; the first row is as good a beginning.
         let first = recording.time[0];
         let origin = if first.abs() > 1e6 { first } else { 0.0 };
-        let time = recording.time.iter().map(|t| t - origin).collect();
-        let name = recording.name.clone();
-        Ok((Self { name, time, inputs, outputs, noise, begins: true }, notes))
+        let time: Vec<f64> = recording.time.iter().map(|t| t - origin).collect();
+        let (name, step) = (recording.name.clone(), usual_step(&time));
+        Ok((Self { name, time, step, inputs, outputs, noise, begins: true }, notes))
     }
 
     /// Number of rows.
@@ -85,16 +87,9 @@ impl Data {
         self.time.len()
     }
 
-    /// The usual step, s.
-    pub fn step(&self) -> f64 {
-        let mut steps: Vec<f64> = self.time.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().unwrap_or(1.0)
-    }
-
     /// The rows of each stretch without a gap in time.
     pub fn stretches(&self) -> Vec<Range<usize>> {
-        let limit = GAP * self.step();
+        let limit = GAP * self.step;
         let mut out = Vec::new();
         let mut from = 0;
         for i in 1..self.n_rows() {
@@ -114,9 +109,11 @@ impl Data {
         let cut = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
             columns.iter().map(|c| c[range.clone()].to_vec()).collect()
         };
+        let time = self.time[range.clone()].to_vec();
         Self {
             name: self.name.clone(),
-            time: self.time[range.clone()].to_vec(),
+            step: usual_step(&time),
+            time,
             inputs: cut(&self.inputs),
             outputs: cut(&self.outputs),
             noise: self.noise.clone(),
@@ -147,9 +144,11 @@ impl Data {
         let average = |values: &[f64]| -> Vec<f64> {
             blocks.iter().map(|b| mean(&values[b.clone()])).collect()
         };
+        let time = average(&self.time);
         Self {
             name: self.name.clone(),
-            time: average(&self.time),
+            step: usual_step(&time),
+            time,
             inputs: self.inputs.iter().map(|c| average(c)).collect(),
             outputs: self.outputs.iter().map(|c| average(c)).collect(),
             noise: self.noise.iter().map(|n| n / (k as f64).sqrt()).collect(),
@@ -189,6 +188,16 @@ impl Data {
         }
         1
     }
+}
+
+/// Returns the median step between rows, s; 1 of a single row.
+pub fn usual_step(time: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() {
+        return 1.0;
+    }
+    let middle = steps.len() / 2;
+    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// A dimension without its angle, which counts as a number.

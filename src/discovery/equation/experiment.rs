@@ -156,7 +156,7 @@ impl Question<'_> {
             return None;
         }
         let n = like.n_rows().min(MOST_ROWS);
-        let step = like.step();
+        let step = like.step;
         let mut rng = StdRng::seed_from_u64(seed);
         let inputs = like
             .inputs
@@ -178,6 +178,7 @@ impl Question<'_> {
         Some(Data {
             name: "planned".into(),
             time: (0..n).map(|i| i as f64 * step).collect(),
+            step,
             inputs,
             outputs: vec![vec![0.0; n]; like.outputs.len()],
             noise: like.noise.clone(),

@@ -290,7 +290,7 @@ impl Bench {
             Some((cost, scheme, found))
         };
         // Rows that are averages have no steps left to hold.
-        let averaged = self.train.first().is_some_and(|d| d.step() > 1.5 * self.row);
+        let averaged = self.train.first().is_some_and(|d| d.step > 1.5 * self.row);
         let kinds = [Hold::Zero, Hold::Line, Hold::Curve];
         let held = kinds.into_iter().filter(|hold| !averaged || *hold != Hold::Zero);
         let effective = |e: &Estimate| -> f64 {

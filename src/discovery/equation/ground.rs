@@ -24,7 +24,7 @@ impl Question<'_> {
         };
         let duration =
             bench.train.iter().map(|d| d.time[d.n_rows() - 1] - d.time[0]).fold(0.0, f64::max);
-        let step = bench.train.first().map_or(1.0, Data::step);
+        let step = bench.train.first().map_or(1.0, |data| data.step);
         Ground {
             model,
             given: &self.given,
@@ -98,7 +98,7 @@ impl Question<'_> {
         let missed = |left: &[f64]| -> Vec<f64> { kept.iter().map(|at| left[*at]).collect() };
         let time = measured(&first.time);
         let longest = windows.iter().map(|w| w.rows.len()).max().unwrap_or(0);
-        let run = longest as f64 * first.step();
+        let run = longest as f64 * first.step;
         let mut found = lines(&time, &missed(left), 4);
         // What does not come round a few times in a run cannot be told from a drift.
         found.retain(|f| f * run >= 3.0);

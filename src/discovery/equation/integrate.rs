@@ -27,17 +27,26 @@ impl<N: Number> Work<N> {
         Self { k: vec![vec![zero; n]; 7], y: vec![zero; n] }
     }
 
-    /// Room for one vector of rates; the next step overwrites it.
+    /// The rates at the beginning of a step: room for one vector of them.
     pub fn first(&mut self) -> &mut [N] {
         &mut self.k[0]
     }
 }
 
-/// One classical Runge–Kutta step of length `h`.
-pub fn rk4<N: Number>(f: &mut impl Rates<N>, t: f64, h: f64, x: &mut [N], work: &mut Work<N>) {
+/// One classical Runge–Kutta step of length `h`, s, from `t`; with `begun` the rates there are known already
+/// ([`Work::first`]).
+pub fn rk4<N: Number>(
+    f: &mut impl Rates<N>,
+    (t, h): (f64, f64),
+    begun: bool,
+    x: &mut [N],
+    work: &mut Work<N>,
+) {
     let Work { k, y } = work;
     let [k1, k2, k3, k4, ..] = &mut k[..] else { return };
-    f.rates(t, x, k1);
+    if !begun {
+        f.rates(t, x, k1);
+    }
     for i in 0..x.len() {
         y[i] = x[i] + k1[i].scaled(0.5 * h);
     }

@@ -11,6 +11,7 @@ pub(super) fn unseen(rows: u32, noise: f64, input: fn(f64) -> f64) -> Bench {
     let data = Data {
         name: String::new(),
         time: rows.iter().map(|row| 0.1 * row).collect(),
+        step: 0.1,
         inputs: vec![rows.iter().map(|row| input(*row)).collect()],
         outputs: vec![vec![0.0; rows.len()]],
         noise: vec![noise],

@@ -34,7 +34,7 @@ pub(super) fn about_work(bench: &Bench) -> Option<String> {
 
 /// How long the stretches are in which a model is run, in words.
 pub(super) fn about_stretches(bench: &Bench) -> Option<String> {
-    let long = bench.rows? as f64 * bench.train.first()?.step();
+    let long = bench.rows? as f64 * bench.train.first()?.step;
     Some(wording::in_segments(long))
 }
 
@@ -87,7 +87,7 @@ pub(super) fn prepare(
         let cut = ((n as f64) * (1.0 - options.holdout.clamp(0.05, 0.9))).round() as usize;
         (vec![all[0].slice(0..cut)], vec![all[0].slice(cut..n)])
     };
-    let row = train[0].step();
+    let row = train[0].step;
     let rows: usize = train.iter().map(Data::n_rows).sum();
     let wanted = rows.div_ceil(options.most_rows);
     let by = train.iter().chain(&held).map(|d| d.thinning(wanted)).min().unwrap_or(1);

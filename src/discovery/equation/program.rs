@@ -9,10 +9,9 @@ use super::number::Number;
 /// A register.
 pub(super) type Reg = u16;
 
-/// Functions of one value.
+/// Functions of one value that are not written with a sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unary {
-    Neg,
     Sqrt,
     Sin,
     Cos,
@@ -28,13 +27,9 @@ pub(super) enum Unary {
     Abs,
 }
 
-/// Functions of two values.
+/// Functions of two values that are not written with a sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Binary {
-    Add,
-    Sub,
-    Mul,
-    Div,
     Min,
     Max,
     Pow,
@@ -45,6 +40,11 @@ pub(super) enum Binary {
 /// One operation: where its arguments are; its result goes to the register of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Op {
+    Add(Reg, Reg),
+    Sub(Reg, Reg),
+    Mul(Reg, Reg),
+    Div(Reg, Reg),
+    Neg(Reg),
     Unary(Unary, Reg),
     Binary(Binary, Reg, Reg),
     /// A power with a whole exponent.
@@ -66,7 +66,6 @@ impl Unary {
     fn apply<N: Number>(self, a: N) -> N {
         let x = a.value();
         match self {
-            Self::Neg => -a,
             Self::Sqrt if x <= 0.0 => N::constant(0.0),
             Self::Sqrt => a.chain(x.sqrt(), 0.5 / x.max(LEAST_ROOT).sqrt()),
             Self::Sin => a.chain(x.sin(), x.cos()),
@@ -105,10 +104,6 @@ impl Binary {
     #[inline]
     fn apply<N: Number>(self, a: N, b: N) -> N {
         match self {
-            Self::Add => a + b,
-            Self::Sub => a - b,
-            Self::Mul => a * b,
-            Self::Div => a / b,
             Self::Min => {
                 if a.value() <= b.value() {
                     a
@@ -152,6 +147,11 @@ impl Op {
     pub(super) fn apply<N: Number>(self, frame: &[N], widths: &[f64]) -> N {
         let at = |reg: Reg| frame[usize::from(reg)];
         match self {
+            Self::Add(a, b) => at(a) + at(b),
+            Self::Sub(a, b) => at(a) - at(b),
+            Self::Mul(a, b) => at(a) * at(b),
+            Self::Div(a, b) => at(a) / at(b),
+            Self::Neg(a) => -at(a),
             Self::Unary(f, a) => f.apply(at(a)),
             Self::Binary(f, a, b) => f.apply(at(a), at(b)),
             Self::PowI(a, n) => {
@@ -183,8 +183,13 @@ impl Op {
     /// Returns the registers of its arguments, the second of which only some have.
     pub(super) fn args(self) -> (Reg, Option<Reg>) {
         match self {
-            Self::Binary(_, a, b) => (a, Some(b)),
-            Self::Unary(_, a)
+            Self::Add(a, b)
+            | Self::Sub(a, b)
+            | Self::Mul(a, b)
+            | Self::Div(a, b)
+            | Self::Binary(_, a, b) => (a, Some(b)),
+            Self::Neg(a)
+            | Self::Unary(_, a)
             | Self::PowI(a, _)
             | Self::PowF(a, _)
             | Self::Sign(a, _)

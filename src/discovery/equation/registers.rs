@@ -149,18 +149,17 @@ impl<'a> Registers<'a> {
             ExprKind::Name(name) => self.name(name, expr)?,
             ExprKind::Negate(inner) => {
                 let inner = self.expr(inner)?;
-                self.op(Op::Unary(Unary::Neg, inner))
+                self.op(Op::Neg(inner))
             }
             ExprKind::Binary(a, op, b) => {
                 let (a, b) = (self.expr(a)?, self.expr(b)?);
-                let op = match op {
-                    BinaryOp::Add => Binary::Add,
-                    BinaryOp::Sub => Binary::Sub,
-                    BinaryOp::Mul => Binary::Mul,
-                    BinaryOp::Div => Binary::Div,
+                self.op(match op {
+                    BinaryOp::Add => Op::Add(a, b),
+                    BinaryOp::Sub => Op::Sub(a, b),
+                    BinaryOp::Mul => Op::Mul(a, b),
+                    BinaryOp::Div => Op::Div(a, b),
                     _ => return Err(Unrunnable::NotComputable.at(expr.span)),
-                };
-                self.op(Op::Binary(op, a, b))
+                })
             }
             ExprKind::Call(call) => {
                 let args: Vec<&Expr> = call.args.iter().flat_map(|a| &a.values).collect();
@@ -231,10 +230,10 @@ impl<'a> Registers<'a> {
                 self.op(Op::Binary(Binary::Max, x, low))
             }
             ("deadzone", &[x, width]) => {
-                let least = self.op(Op::Unary(Unary::Neg, width));
+                let least = self.op(Op::Neg(width));
                 let inside = self.op(Op::Binary(Binary::Min, x, width));
                 let inside = self.op(Op::Binary(Binary::Max, inside, least));
-                self.op(Op::Binary(Binary::Sub, x, inside))
+                self.op(Op::Sub(x, inside))
             }
             ("pow", &[x, by]) => match self.value(by) {
                 Some(n) if n.fract() == 0.0 && n.abs() <= 64.0 => self.op(Op::PowI(x, n as i32)),

@@ -136,7 +136,7 @@ impl Question<'_> {
     }
 
     fn step(&self) -> f64 {
-        self.bench.train.first().map_or(1.0, Data::step)
+        self.bench.train.first().map_or(1.0, |data| data.step)
     }
 
     /// Runs a hypothesis, and what it says without some of its effects.

@@ -144,7 +144,7 @@ impl Turns {
         Self { before: vec![0.0; model.sites.len()], last: 0.0 }
     }
 
-    /// Into how many parts the step of length `h` at `t` is cut.
+    /// Into how many parts the step of length `h` at `t` is cut, and whether the rates at its beginning are left in `rates`.
     fn parts<N: Number>(
         &mut self,
         f: &mut Between<'_, N>,
@@ -152,10 +152,10 @@ impl Turns {
         h: f64,
         x: &[N],
         rates: &mut [N],
-    ) -> usize {
+    ) -> (usize, bool) {
         let model = f.model;
         if self.before.is_empty() {
-            return 1;
+            return (1, false);
         }
         f.rates(t, x, rates);
         let mut near = self.last <= 0.0;
@@ -167,7 +167,7 @@ impl Turns {
             *before = now;
         }
         self.last = h;
-        if near { SHORT_STEPS } else { 1 }
+        (if near { SHORT_STEPS } else { 1 }, true)
     }
 }
 
@@ -250,7 +250,6 @@ pub fn simulate<N: Number>(
             })
         })
         .collect();
-    let usual = data.step();
     let mut work = Work::new(x.len());
     let mut f =
         Between { model, data, frame: &mut frame, row: rows.start, held: rows.start, scheme };
@@ -276,14 +275,15 @@ pub fn simulate<N: Number>(
         }
         for (held, from, to) in pieces(data, row, scheme) {
             f.held = held;
-            let n = (scheme.substeps as f64 * ((to - from) / usual).max(0.2)).ceil().max(1.0);
+            let n = (scheme.substeps as f64 * ((to - from) / data.step).max(0.2)).ceil().max(1.0);
             let h = (to - from) / n;
             for i in 0..n as usize {
                 let at = from + i as f64 * h;
-                let parts = turns.parts(&mut f, at, h, &x, work.first());
+                let (parts, begun) = turns.parts(&mut f, at, h, &x, work.first());
                 let part = h / parts as f64;
                 for j in 0..parts {
-                    rk4(&mut f, at + j as f64 * part, part, &mut x, &mut work);
+                    let (from, begun) = (at + j as f64 * part, begun && j == 0);
+                    rk4(&mut f, (from, part), begun, &mut x, &mut work);
                 }
             }
         }

@@ -52,6 +52,7 @@ mod tests {
         Data {
             name: String::new(),
             time: (0..rows).map(|i| i as f64 * 0.01).collect(),
+            step: 0.01,
             inputs: Vec::new(),
             outputs: vec![vec![0.0; rows]],
             noise: vec![1.0],

@@ -19,7 +19,7 @@ fn rk4_error(n: u32) -> f64 {
     let mut work = Work::new(2);
     let h = 2.0 / f64::from(n);
     for i in 0..n {
-        rk4(&mut Oscillator(0), f64::from(i) * h, h, &mut x, &mut work);
+        rk4(&mut Oscillator(0), (f64::from(i) * h, h), false, &mut x, &mut work);
     }
     (x[0] - 2.0_f64.cos()).hypot(x[1] + 2.0_f64.sin())
 }

@@ -134,6 +134,7 @@ fn a_cart_with_a_pole_keeps_its_energy() {
     let data = Data {
         name: String::new(),
         time: (0..n).map(|i| f64::from(i) * 0.01).collect(),
+        step: 0.01,
         inputs: vec![vec![0.0; n as usize]],
         outputs: vec![vec![0.0; n as usize]; 2],
         noise: vec![0.0; 2],

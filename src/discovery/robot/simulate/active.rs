@@ -4,14 +4,15 @@
 //! model computes once.
 
 use std::collections::BTreeMap;
+use std::sync::Arc as Shared;
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::chain::{Chain, MOST_JOINTS, PointMass};
 use super::super::channels::Quantity;
 use super::super::term::{Law, Term};
-use super::Model;
 use super::friction::{By, Dry, Loop, Smooth};
+use super::{Model, of_each, only};
 
 /// The effects sorted by where they act.
 pub(super) struct ActiveEffects {
@@ -21,8 +22,8 @@ pub(super) struct ActiveEffects {
     pub(super) dry: Vec<Dry>,
     pub(super) smooth: Vec<(usize, Smooth)>,
     pub(super) loops: Vec<Loop>,
-    /// Torque the arm needs more than modelled, by grid point.
-    pub(super) needed: Vec<f64>,
+    /// Torque the arm needs more than modelled, by grid point; empty where that is nothing.
+    pub(super) needed: Shared<Vec<f64>>,
     pub(super) zero: [f64; MOST_JOINTS],
     pub(super) compliance: [f64; MOST_JOINTS],
     pub(super) sag: [f64; MOST_JOINTS],
@@ -38,6 +39,18 @@ pub(super) struct ActiveEffects {
     pub(super) late: BTreeMap<Quantity, f64>,
 }
 
+/// What acts in one joint, in the order of its effects.
+#[derive(Debug, PartialEq)]
+pub(super) struct AtJoint {
+    pub(super) gain: f64,
+    pub(super) limit: f64,
+    pub(super) sag: f64,
+    pub(super) play: f64,
+    pub(super) smooth: Vec<Smooth>,
+    pub(super) loops: Vec<Loop>,
+    pub(super) dry: Vec<Dry>,
+}
+
 impl ActiveEffects {
     /// Sorts effects by where they act.
     pub(super) fn sorted(model: &Model, terms: &[Term], parameters: &[f64]) -> Self {
@@ -48,7 +61,7 @@ impl ActiveEffects {
             dry: Vec::new(),
             smooth: Vec::new(),
             loops: Vec::new(),
-            needed: model.carried.clone(),
+            needed: Shared::clone(&model.carried),
             zero: [0.0; MOST_JOINTS],
             compliance: [0.0; MOST_JOINTS],
             sag: [0.0; MOST_JOINTS],
@@ -68,16 +81,35 @@ impl ActiveEffects {
                 *limit = *known;
             }
         }
-        let mut at = 0;
-        for term in terms {
-            let count = term.law.specs().len();
-            active.add(model, term, &parameters[at..at + count]);
-            at += count;
+        for (term, p) in of_each(terms, parameters) {
+            active.add(term, p);
+        }
+        let bears = |law| Needed::is_of(model, law);
+        let (terms, parameters) = only(terms, parameters, bears);
+        if !terms.is_empty() {
+            active.needed = model.borne.of((terms, parameters), |(terms, parameters)| {
+                let mut needed = Needed::of_carried(model);
+                of_each(terms, parameters).for_each(|(term, p)| needed.add(term, p));
+                needed.by_point
+            });
         }
         active
     }
 
-    fn add(&mut self, model: &Model, term: &Term, p: &[f64]) {
+    /// Returns what acts in joint `j`.
+    pub(super) fn at(&self, j: usize) -> AtJoint {
+        AtJoint {
+            gain: self.gain[j],
+            limit: self.limit[j],
+            sag: self.sag[j],
+            play: self.play[j],
+            smooth: self.smooth.iter().filter(|(own, _)| *own == j).map(|(_, law)| *law).collect(),
+            loops: self.loops.iter().filter(|own| own.joint == j).copied().collect(),
+            dry: self.dry.iter().filter(|own| own.joint == j).copied().collect(),
+        }
+    }
+
+    fn add(&mut self, term: &Term, p: &[f64]) {
         let j = term.joint;
         let sharp = matches!(term.law, Law::Coulomb);
         let dry = |forward, backward, peak, velocity, creep| Dry {
@@ -122,15 +154,6 @@ impl ActiveEffects {
             Law::Hysteresis => {
                 self.loops.push(Loop { joint: j, torque: p[0], width: p[1], z: 0.0 });
             }
-            Law::Payload => self.payload(model, p),
-            Law::LinkMass => self.link_mass(model, j, p[0]),
-            Law::ObjectMass => {
-                for load in model.loads.iter().filter(|load| load.thing == j) {
-                    self.accumulate(model, &load.per_kilogram, p[0]);
-                }
-            }
-            Law::Armature => self.rotor(model, j, p[0]),
-            Law::BaseTilt => self.tilt(model, p),
             Law::TorqueOffset => self.torque_offset[j] += p[0],
             Law::TorqueGain => self.torque_gain[j] *= p[0],
             Law::TorqueDrift => self.torque_drift[j] += p[0],
@@ -141,15 +164,15 @@ impl ActiveEffects {
             Law::ActuatorGain => self.gain[j] *= p[0],
             Law::Saturation => self.limit[j] = self.limit[j].min(p[0]),
             Law::SensorDelay(quantity) => *self.late.entry(quantity).or_insert(0.0) += p[0],
-            Law::ZeroOffset => {
-                self.zero[j] += p[0];
-                if model.feels_zeros() {
-                    self.turned(model, j, p[0]);
-                }
+            Law::ZeroOffset => self.zero[j] += p[0],
+            Law::LinkLength => {
+                self.lengths[j] += Vector3::new(p[0], p[1], p[2]);
+                self.has_lengths = true;
             }
-            Law::LinkLength => self.lengthened(model, j, p),
             Law::ToolOffset => self.tool += Vector3::new(p[0], p[1], p[2]),
             Law::CameraShift(free) => self.shifted(free, p),
+            // What the bodies need more.
+            Law::Payload | Law::LinkMass | Law::ObjectMass | Law::Armature | Law::BaseTilt => {}
         }
     }
 
@@ -164,74 +187,114 @@ impl ActiveEffects {
         let turn = nalgebra::Rotation3::from_euler_angles(all[3], all[4], all[5]);
         self.turn *= turn.matrix();
     }
+}
+
+/// The torque an arm needs more than modelled, as effects on its bodies add to it.
+struct Needed<'a> {
+    model: &'a Model,
+    by_point: Vec<f64>,
+}
+
+impl<'a> Needed<'a> {
+    /// Returns whether a law changes what the bodies need.
+    fn is_of(model: &Model, law: Law) -> bool {
+        use Law::{Armature, BaseTilt, LinkLength, LinkMass, ObjectMass, Payload, ZeroOffset};
+        match law {
+            Payload | LinkMass | ObjectMass | Armature | BaseTilt | LinkLength => true,
+            ZeroOffset => model.feels_zeros(),
+            _ => false,
+        }
+    }
+
+    /// Returns what carrying took, as far as it is known.
+    fn of_carried(model: &'a Model) -> Self {
+        let mut by_point = model.carried.to_vec();
+        by_point.resize(model.course.plant.len * model.course.plant.n, 0.0);
+        Self { model, by_point }
+    }
+
+    fn add(&mut self, term: &Term, p: &[f64]) {
+        let j = term.joint;
+        match term.law {
+            Law::Payload => self.payload(p),
+            Law::LinkMass => self.link_mass(j, p[0]),
+            Law::ObjectMass => {
+                for load in self.model.loads.iter().filter(|load| load.thing == j) {
+                    self.accumulate(&load.per_kilogram, p[0]);
+                }
+            }
+            Law::Armature => self.rotor(j, p[0]),
+            Law::BaseTilt => self.tilt(p),
+            Law::ZeroOffset => self.turned(j, p[0]),
+            Law::LinkLength => self.lengthened(j, p),
+            _ => {}
+        }
+    }
 
     /// A link weighs more, kg; its own mass tells how the new one is spread.
-    fn link_mass(&mut self, model: &Model, j: usize, more: f64) {
-        let own = model.arm.chain.bodies[j].mass;
+    fn link_mass(&mut self, j: usize, more: f64) {
+        let own = self.model.arm.chain.bodies[j].mass;
         if own > 0.0 {
-            let column = model.column((4, j, 0), 1.0, |chain| chain.bodies[j].thicken(1.0));
-            self.accumulate(model, &column, more / own);
+            let column = self.model.column((4, j, 0), 1.0, |chain| chain.bodies[j].thicken(1.0));
+            self.accumulate(&column, more / own);
         }
     }
 
     /// A joint has a rotor, kg·m².
-    fn rotor(&mut self, model: &Model, j: usize, inertia: f64) {
-        let n = model.course.plant.n;
-        let needed = self.needed(model);
-        for (k, row) in needed.chunks_mut(n).enumerate() {
-            row[j] += inertia * model.course.plant.ddq[k * n + j];
+    fn rotor(&mut self, j: usize, inertia: f64) {
+        let plant = &self.model.course.plant;
+        for (row, ddq) in self.by_point.chunks_mut(plant.n).zip(plant.ddq.chunks(plant.n)) {
+            row[j] += inertia * ddq[j];
         }
     }
 
     /// The base leans by roll and pitch, rad.
-    fn tilt(&mut self, model: &Model, p: &[f64]) {
-        let gravity = &model.arm.chain.gravity;
+    fn tilt(&mut self, p: &[f64]) {
+        let gravity = &self.model.arm.chain.gravity;
         let tilt = nalgebra::Rotation3::from_euler_angles(p[0], p[1], 0.0);
         let along = tilt.inverse_transform_vector(gravity) - gravity;
         for axis in 0..3 {
-            let column = model.column((0, 0, axis as u8), 1.0, |chain| {
+            let column = self.model.column((0, 0, axis as u8), 1.0, |chain| {
                 chain.gravity[axis] += 1.0;
             });
-            self.accumulate(model, &column, along[axis]);
+            self.accumulate(&column, along[axis]);
         }
     }
 
     /// A joint sits elsewhere in the link before it, m.
-    fn lengthened(&mut self, model: &Model, j: usize, p: &[f64]) {
-        self.lengths[j] += Vector3::new(p[0], p[1], p[2]);
-        self.has_lengths = true;
+    fn lengthened(&mut self, j: usize, p: &[f64]) {
         for (axis, &by) in p.iter().enumerate() {
-            let column = model.column((1, j, axis as u8), 1e-3, |chain| {
+            let column = self.model.column((1, j, axis as u8), 1e-3, |chain| {
                 lengthen(chain, j, axis, 1e-3);
             });
-            self.accumulate(model, &column, by);
+            self.accumulate(&column, by);
         }
     }
 
     /// A point mass is linear in mass and mass times place.
-    fn payload(&mut self, model: &Model, p: &[f64]) {
-        let body = model.arm.chain.n() - 1;
-        let tip = model.arm.chain.body_from_tip;
+    fn payload(&mut self, p: &[f64]) {
+        let body = self.model.arm.chain.n() - 1;
+        let tip = self.model.arm.chain.body_from_tip;
         // First moment about the body's origin, in its axes.
         let mass = p[0];
         let moment = tip.rotation * Vector3::new(p[1], p[2], p[3]) + mass * tip.translation.vector;
         // A mass of nothing has no place; its inertia is nothing too.
         let place = if mass.abs() > 1e-3 { moment / mass } else { Vector3::zeros() };
-        let column = model.column((2, body, 0), 1.0, |chain| {
+        let column = self.model.column((2, body, 0), 1.0, |chain| {
             chain.add_point(&PointMass { body, mass: 1.0, moment: Vector3::zeros() });
         });
-        self.accumulate(model, &column, mass);
+        self.accumulate(&column, mass);
         for axis in 0..3 {
-            let column = model.column((2, body, axis as u8 + 1), 1.0, |chain| {
+            let column = self.model.column((2, body, axis as u8 + 1), 1.0, |chain| {
                 let mut moment = Vector3::zeros();
                 moment[axis] = 1.0;
                 chain.add_point(&PointMass { body, mass: 0.0, moment });
             });
-            self.accumulate(model, &column, moment[axis]);
+            self.accumulate(&column, moment[axis]);
         }
         for (at, (i, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate()
         {
-            let column = model.column((3, body, at as u8), 1.0, |chain| {
+            let column = self.model.column((3, body, at as u8), 1.0, |chain| {
                 let inertia = &mut chain.bodies[body].inertia;
                 // -[c]×[c]× = |c|² 1 - c cᵀ, entry by entry of c cᵀ.
                 if i == k {
@@ -243,29 +306,21 @@ impl ActiveEffects {
                     inertia[(k, i)] -= 1.0;
                 }
             });
-            self.accumulate(model, &column, mass * place[i] * place[k]);
+            self.accumulate(&column, mass * place[i] * place[k]);
         }
     }
 
     /// The links stand elsewhere than the encoder says, so they weigh otherwise.
-    fn turned(&mut self, model: &Model, joint: usize, by: f64) {
-        let plant = &model.course.plant;
-        let n = plant.n;
-        for (at, to) in self.needed(model).iter_mut().enumerate() {
-            *to += plant.stiffness[at * n + joint] * by;
+    fn turned(&mut self, joint: usize, by: f64) {
+        let plant = &self.model.course.plant;
+        for (at, to) in self.by_point.iter_mut().enumerate() {
+            *to += plant.stiffness[at * plant.n + joint] * by;
         }
     }
 
-    fn needed(&mut self, model: &Model) -> &mut Vec<f64> {
-        if self.needed.is_empty() {
-            self.needed = vec![0.0; model.course.plant.len * model.course.plant.n];
-        }
-        &mut self.needed
-    }
-
-    fn accumulate(&mut self, model: &Model, column: &[f64], factor: f64) {
+    fn accumulate(&mut self, column: &[f64], factor: f64) {
         if factor.abs() > 0.0 {
-            for (to, value) in self.needed(model).iter_mut().zip(column) {
+            for (to, value) in self.by_point.iter_mut().zip(column) {
                 *to += factor * value;
             }
         }

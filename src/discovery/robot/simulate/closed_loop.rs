@@ -10,7 +10,8 @@ use super::super::chain::MOST_JOINTS;
 use super::super::plant::Course;
 use super::active::ActiveEffects;
 use super::friction::{Gapped, Loop, Smooth};
-use super::{GridPoint, Model, Motion};
+use super::model::{JointMotion, Motion};
+use super::{GridPoint, Model};
 use crate::discovery::recording::sidecar::Controller;
 use crate::discovery::selection::ParameterSpec;
 
@@ -74,8 +75,8 @@ struct Run<'a> {
     flex: Joints,
     now: Reading,
     last: Reading,
-    row: usize,
-    motion: Motion,
+    /// What is read at each row that has passed.
+    rows: Vec<Reading>,
 }
 
 /// Simulates arm and controller from the commands. `None` without a controller, or if the motion runs
@@ -92,7 +93,7 @@ pub(super) fn simulate(model: &Model, active: &ActiveEffects, own: &[f64]) -> Op
             run.control(here, late);
         }
         run.record(time);
-        if run.row == course.data.n_rows() {
+        if run.rows.len() == course.data.n_rows() {
             break;
         }
         let since = time - course.data.time[0];
@@ -109,7 +110,7 @@ pub(super) fn simulate(model: &Model, active: &ActiveEffects, own: &[f64]) -> Op
             return None;
         }
     }
-    Some(run.motion)
+    Some(run.motion())
 }
 
 impl<'a> Run<'a> {
@@ -152,9 +153,28 @@ impl<'a> Run<'a> {
             flex: active.zero,
             now,
             last: now,
-            row: 0,
-            motion: Motion::still(course.data.n_rows() * n),
+            rows: Vec::with_capacity(course.data.n_rows()),
         })
+    }
+
+    /// Returns what was read, joint by joint; rows after the last command are 0.
+    fn motion(mut self) -> Motion {
+        let none = [0.0; MOST_JOINTS];
+        let still = Reading { q: none, dq: none, tau: none, load: none, gap: none };
+        self.rows.resize(self.course.data.n_rows(), still);
+        let of = |of: fn(&Reading) -> &Joints, j: usize| -> Vec<f64> {
+            self.rows.iter().map(|row| of(row)[j]).collect()
+        };
+        let joint = |j| {
+            Shared::new(JointMotion {
+                q: Shared::new(of(|row| &row.q, j)),
+                dq: Shared::new(of(|row| &row.dq, j)),
+                tau: of(|row| &row.tau, j),
+                load: Shared::new(of(|row| &row.load, j)),
+                gap: of(|row| &row.gap, j),
+            })
+        };
+        Motion { joints: (0..self.course.plant.n).map(joint).collect() }
     }
 
     /// The controller asks for torques, from what the encoders see; `late` is the time since the start
@@ -181,22 +201,20 @@ impl<'a> Run<'a> {
     /// Writes the rows of the recording that have passed, and keeps what is read now for the next.
     fn record(&mut self, time: f64) {
         let data = &self.course.data;
-        let n = self.course.plant.n;
         let (now, last) = (&self.now, &self.last);
-        while self.row < data.n_rows() && data.time[self.row] <= time + 1e-9 {
+        while let Some(at) = data.time.get(self.rows.len()).filter(|at| **at <= time + 1e-9) {
             // Rows between two ticks are interpolated; most fall on one.
-            let back = ((time - data.time[self.row]) / self.tick).clamp(0.0, 1.0);
-            let motion = &mut self.motion;
-            let (q, dq) = (Shared::make_mut(&mut motion.q), Shared::make_mut(&mut motion.dq));
-            for j in 0..n {
-                let to = self.row * n + j;
-                q[to] = now.q[j] - back * (now.q[j] - last.q[j]);
-                dq[to] = now.dq[j] - back * (now.dq[j] - last.dq[j]);
-                motion.gap[to] = now.gap[j] - back * (now.gap[j] - last.gap[j]);
-                motion.tau[to] = now.tau[j] - back * (now.tau[j] - last.tau[j]);
-                motion.load[to] = now.load[j] - back * (now.load[j] - last.load[j]);
-            }
-            self.row += 1;
+            let back = ((time - at) / self.tick).clamp(0.0, 1.0);
+            let between = |now: &Joints, last: &Joints| -> Joints {
+                std::array::from_fn(|j| now[j] - back * (now[j] - last[j]))
+            };
+            self.rows.push(Reading {
+                q: between(&now.q, &last.q),
+                dq: between(&now.dq, &last.dq),
+                tau: between(&now.tau, &last.tau),
+                load: between(&now.load, &last.load),
+                gap: between(&now.gap, &last.gap),
+            });
         }
         self.last = self.now;
     }

@@ -14,7 +14,7 @@ pub(super) fn bent(x: f64) -> f64 {
 }
 
 /// What the level of dry friction goes by.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum By {
     /// Nothing: it stays.
     Nothing,
@@ -25,7 +25,7 @@ pub(super) enum By {
 }
 
 /// Dry friction: level over speed, per direction.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dry {
     pub(super) joint: usize,
     pub(super) forward: f64,
@@ -101,12 +101,27 @@ impl Dry {
 }
 
 /// Friction that remembers the path.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Loop {
     pub(super) joint: usize,
     pub(super) torque: f64,
     pub(super) width: f64,
     pub(super) z: f64,
+}
+
+impl Loop {
+    /// Carries its state over `span` s at a speed and returns it, -1 to 1.
+    pub(super) fn carried(&mut self, span: f64, dq: f64) -> f64 {
+        let span = span.max(0.0);
+        // Small steps: the state turns within its width.
+        let steps = ((span * dq.abs() / (0.2 * self.width)).ceil()).clamp(1.0, 1e4);
+        let h = span / steps;
+        for _ in 0..steps as usize {
+            let rate = (dq - dq.abs() * self.z * self.z.abs()) / self.width;
+            self.z = (self.z + h * rate).clamp(-1.0, 1.0);
+        }
+        self.z
+    }
 }
 
 /// A joint with a gap between motor and link, and where its motor stands: the link's angle is the
@@ -121,7 +136,7 @@ pub(super) struct Gapped {
 }
 
 /// A torque at a joint that depends on its state and time alone.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Smooth {
     Viscous(f64),
     Quadratic(f64),

@@ -11,6 +11,7 @@ mod active;
 mod along;
 mod closed_loop;
 mod friction;
+mod recent;
 mod sensors;
 
 use std::sync::{Arc as Shared, Mutex, OnceLock};
@@ -22,15 +23,15 @@ use super::channels::{Channel, Quantity};
 use super::links::body;
 use super::load::Load;
 use super::plant::{Arm, Course};
-use super::term::Term;
+use super::term::{Law, Term};
 use crate::discovery::selection::{ParameterSpec, Set};
-use model::{ColumnKey, GridPoint, Motion, REMEMBERED, Remembered, STRAY};
+use model::{ColumnKey, GridPoint, Motion, Moving, REMEMBERED, STRAY};
 pub use model::{Model, is_in};
+use recent::Recent;
 
 impl Model {
     /// Returns the model of an arm along a recording, in which it carried `loads`.
     pub fn new(arm: Arm, course: Course, loads: Vec<Load>) -> Self {
-        let (columns, motions) = (Mutex::default(), Mutex::default());
         let n = course.plant.n;
         let mut carried = Vec::new();
         for load in &loads {
@@ -39,8 +40,18 @@ impl Model {
                 *to += load.mass[at / n] * load.per_kilogram[at];
             }
         }
-        let (bare, counted) = (OnceLock::new(), OnceLock::new());
-        Self { arm, course, columns, motions, bare, counted, loads, carried }
+        Self {
+            arm,
+            course,
+            columns: Mutex::default(),
+            motions: Recent::new(REMEMBERED),
+            borne: Recent::new(REMEMBERED),
+            bare: OnceLock::new(),
+            counted: OnceLock::new(),
+            counts: [const { OnceLock::new() }; 3],
+            loads,
+            carried: Shared::new(carried),
+        }
     }
 
     /// Returns the same with as many rows as a search needs: no more than it takes to follow an arm, and of a long
@@ -85,25 +96,25 @@ impl Model {
         }
         let active = ActiveEffects::sorted(self, terms, parameters);
         let motion = self.motion(&active, own, terms, parameters)?;
-        let n = course.plant.n;
         let late = if course.follows_command { active.delay } else { 0.0 };
         let stray = course.data.time.iter().enumerate().map(|(row, time)| {
-            let here = GridPoint::at(&course.plant, time - late);
-            let off = |j: usize| (motion.q[row * n + j] - here.of(&course.plant.q, j)).abs();
-            (0..n).map(off).fold(0.0, f64::max)
+            let here = GridPoint::at(&course.plant, time - late).all(&course.plant.q);
+            let off = motion.joints.iter().zip(here).map(|(joint, q)| (joint.q[row] - q).abs());
+            off.fold(0.0, f64::max)
         });
         if stray.fold(0.0, f64::max) < STRAY {
             return None;
         }
-        let rows = course.data.n_rows();
-        let path: Vec<Vec<f64>> = (0..n)
-            .map(|j| (0..rows).map(|row| motion.q[row * n + j] + motion.gap[row * n + j]).collect())
-            .collect();
+        let links = motion
+            .joints
+            .iter()
+            .map(|joint| joint.q.iter().zip(&joint.gap).map(|(motor, gap)| motor + gap).collect());
+        let path: Vec<Vec<f64>> = links.collect();
         let course = Course::about(&self.arm, course.data.clone(), Some(&path));
         Some(Self::new(self.arm.clone(), course, self.loads.clone()))
     }
 
-    /// Returns the motion, simulated or remembered.
+    /// Returns the motion, simulated or remembered; `None` if it runs away.
     fn motion(
         &self,
         active: &ActiveEffects,
@@ -111,40 +122,19 @@ impl Model {
         terms: &[Term],
         parameters: &[f64],
     ) -> Option<Shared<Motion>> {
-        let mut moving = (Vec::new(), Vec::new());
-        let mut at = 0;
-        for term in terms {
-            let count = term.law.specs().len();
-            if term.law.moves() {
-                moving.0.push(*term);
-                moving.1.extend_from_slice(&parameters[at..at + count]);
-            }
-            at += count;
+        if !self.course.closed_loop {
+            return Some(Shared::new(along::measured(self, active)));
         }
         // How friction stops a joint shows only where there is any.
         let is_stopped = active.dry.iter().any(|dry| dry.sharp);
         let own = if is_stopped { own } else { own.split_at(own.len().min(1)).0 };
-        let same = |known: &&Remembered| {
-            known.own == own && known.terms == moving.0 && known.parameters == moving.1
-        };
-        let remembered = self.motions.lock().expect("no thread panics while it holds the lock");
-        if let Some(known) = remembered.iter().find(same) {
-            return Some(Shared::clone(&known.motion));
+        let (terms, parameters) = only(terms, parameters, Law::moves);
+        let moving = Moving { own: own.to_vec(), terms, parameters };
+        if let Some(known) = self.motions.find(&moving) {
+            return Some(known);
         }
-        drop(remembered);
-        let motion = Shared::new(if self.course.closed_loop {
-            closed_loop::simulate(self, active, own)?
-        } else {
-            along::measured(self, active)
-        });
-        let mut motions = self.motions.lock().expect("no thread panics while it holds the lock");
-        if motions.len() == REMEMBERED {
-            motions.remove(0);
-        }
-        let (terms, parameters) = moving;
-        let own = own.to_vec();
-        motions.push(Remembered { own, terms, parameters, motion: Shared::clone(&motion) });
-        Some(motion)
+        let motion = closed_loop::simulate(self, active, own)?;
+        Some(self.motions.keep(moving, motion))
     }
 
     /// Returns measured minus predicted in units of noise, in the order of [`Self::predict`]; rows that
@@ -165,7 +155,8 @@ impl Model {
 
     /// Returns how many independent values are judged.
     pub fn count(&self, set: Set) -> usize {
-        self.predicted().map(|channel| self.judged(channel, set)).sum()
+        let count = || self.predicted().map(|channel| self.judged(channel, set)).sum();
+        *self.counts[set as usize].get_or_init(count)
     }
 
     /// Returns by how much each residual falls for one unit more of each number of each body, in the order of
@@ -256,4 +247,30 @@ impl Model {
         let mut columns = self.columns.lock().expect("no thread panics while it holds the lock");
         Shared::clone(columns.entry(key).or_insert(column))
     }
+}
+
+/// Returns each effect with its parameters.
+fn of_each<'a>(
+    terms: &'a [Term],
+    mut parameters: &'a [f64],
+) -> impl Iterator<Item = (&'a Term, &'a [f64])> {
+    terms.iter().map(move |term| {
+        let (own, others) = parameters.split_at(term.law.specs().len());
+        parameters = others;
+        (term, own)
+    })
+}
+
+/// Returns the effects of a kind with their parameters.
+fn only(
+    terms: &[Term],
+    parameters: &[f64],
+    is_wanted: impl Fn(Law) -> bool,
+) -> (Vec<Term>, Vec<f64>) {
+    let mut wanted = (Vec::new(), Vec::new());
+    for (term, own) in of_each(terms, parameters).filter(|(term, _)| is_wanted(term.law)) {
+        wanted.0.push(*term);
+        wanted.1.extend_from_slice(own);
+    }
+    wanted
 }

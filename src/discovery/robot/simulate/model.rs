@@ -6,6 +6,7 @@ use super::super::load::Load;
 use super::super::plant::{Arm, Course, Plant};
 use super::super::term::Term;
 use super::along;
+use super::recent::Recent;
 use crate::discovery::selection::Set;
 use std::collections::BTreeMap;
 use std::sync::{Arc as Shared, Mutex, OnceLock};
@@ -20,15 +21,19 @@ pub struct Model {
     pub(super) columns: Mutex<BTreeMap<ColumnKey, Shared<Vec<f64>>>>,
     /// The last few motions, each with the effects that moved it: effects of the sensors alone need no
     /// new simulation.
-    pub(super) motions: Mutex<Vec<Remembered>>,
+    pub(super) motions: Recent<Moving, Motion>,
+    /// What the last effects on the bodies needed, by grid point: most effects of a joint leave it as it was.
+    pub(super) borne: Recent<(Vec<Term>, Vec<f64>), Vec<f64>>,
     /// What a measured motion needs without any effects: worked out once.
     pub(super) bare: OnceLock<along::Bare>,
     /// Of each channel that is predicted, which rows count, all rows of one after those of another: worked out once.
     pub(super) counted: OnceLock<Vec<bool>>,
+    /// How many of them are of each [`Set`].
+    pub(super) counts: [OnceLock<usize>; 3],
     /// What the hand carried.
     pub loads: Vec<Load>,
     /// Torque that took, as far as it is known, by grid point; empty if nothing was carried.
-    pub(super) carried: Vec<f64>,
+    pub(super) carried: Shared<Vec<f64>>,
 }
 
 impl Model {
@@ -38,13 +43,12 @@ impl Model {
     }
 }
 
-/// A motion and what moved it.
-#[derive(Debug, Clone)]
-pub(super) struct Remembered {
+/// What makes a simulated motion: the simulation's own numbers, and effects with theirs.
+#[derive(Debug, PartialEq)]
+pub(super) struct Moving {
     pub(super) own: Vec<f64>,
     pub(super) terms: Vec<Term>,
     pub(super) parameters: Vec<f64>,
-    pub(super) motion: Shared<Motion>,
 }
 
 /// Which change to the bodies a torque column is of: kind, joint or body, axis.
@@ -54,26 +58,24 @@ pub(super) type ColumnKey = (u8, usize, u8);
 /// part of the noise of its torques.
 pub(super) const STRAY: f64 = 0.03;
 
-/// How many motions are remembered.
+/// How many motions are remembered, and how many torques that bodies need.
 pub(super) const REMEMBERED: usize = 4;
 
-/// What the simulation leaves behind, `rows × n` each.
+/// What the simulation leaves behind.
 #[derive(Debug)]
 pub(super) struct Motion {
+    pub(super) joints: Vec<Shared<JointMotion>>,
+}
+
+/// What it leaves behind of a joint, row by row; rad, rad/s and N·m.
+#[derive(Debug)]
+pub(super) struct JointMotion {
     pub(super) q: Shared<Vec<f64>>,
     pub(super) dq: Shared<Vec<f64>>,
     pub(super) tau: Vec<f64>,
-    pub(super) load: Vec<f64>,
-    /// Where the link stands beyond its encoder in a gap, rad.
+    pub(super) load: Shared<Vec<f64>>,
+    /// Where the link stands beyond its encoder in a gap.
     pub(super) gap: Vec<f64>,
-}
-
-impl Motion {
-    /// Returns a motion of `values` values a channel, all of them 0.
-    pub(super) fn still(values: usize) -> Self {
-        let [q, dq, tau, load, gap] = std::array::from_fn(|_| vec![0.0; values]);
-        Self { q: Shared::new(q), dq: Shared::new(dq), tau, load, gap }
-    }
 }
 
 /// Returns whether a row of a recording belongs to a set of which the recording is.

@@ -1,10 +1,5 @@
 //! What the encoders, torque sensors and the tracker of the tip read of a motion.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "joints index a dozen arrays at once; formulas read better with the index of their source"
-)]
-
 use nalgebra::Vector3;
 
 use super::super::chain::MOST_JOINTS;
@@ -17,10 +12,8 @@ use crate::discovery::recording::sidecar::TorqueSensor;
 
 /// Turns a motion into what the sensors read.
 pub(super) fn read(model: &Model, active: &ActiveEffects, motion: &Motion) -> Vec<f64> {
-    let Course { data, plant, .. } = &model.course;
-    let n = plant.n;
-    let rows = data.n_rows();
-    let mut out = Vec::with_capacity(data.channels.len() * rows);
+    let Course { data, .. } = &model.course;
+    let mut out = Vec::with_capacity(data.channels.len() * data.n_rows());
     let mut places: Vec<Vector3<f64>> = Vec::new();
     for channel in &data.channels {
         if !model.is_predicted(channel.quantity) {
@@ -29,18 +22,17 @@ pub(super) fn read(model: &Model, active: &ActiveEffects, motion: &Motion) -> Ve
         let from = out.len();
         let j = channel.index;
         match channel.quantity {
-            Quantity::Position => out.extend((0..rows).map(|row| motion.q[row * n + j])),
-            Quantity::Speed => out.extend((0..rows).map(|row| motion.dq[row * n + j])),
+            Quantity::Position => out.extend_from_slice(&motion.joints[j].q),
+            Quantity::Speed => out.extend_from_slice(&motion.joints[j].dq),
             Quantity::Torque => {
-                let read = match model.arm.torque_sensor {
-                    TorqueSensor::Motor => &motion.tau,
-                    TorqueSensor::Link => &motion.load,
+                let read: &[f64] = match model.arm.torque_sensor {
+                    TorqueSensor::Motor => &motion.joints[j].tau,
+                    TorqueSensor::Link => &motion.joints[j].load,
                 };
-                out.extend((0..rows).map(|row| {
-                    active.torque_gain[j] * read[row * n + j]
-                        + active.torque_offset[j]
-                        + active.torque_drift[j] * (data.time[row] - data.time[0])
-                }));
+                let (gain, offset) = (active.torque_gain[j], active.torque_offset[j]);
+                let drift = active.torque_drift[j];
+                let felt = read.iter().zip(&data.time);
+                out.extend(felt.map(|(tau, t)| gain * tau + offset + drift * (t - data.time[0])));
             }
             Quantity::Tip => {
                 if places.is_empty() {
@@ -83,10 +75,9 @@ fn tips(model: &Model, active: &ActiveEffects, motion: &Motion) -> Vec<Vector3<f
     let mut q = [0.0; MOST_JOINTS];
     (0..model.course.data.n_rows())
         .map(|row| {
-            for j in 0..n {
-                let load = motion.load[row * n + j];
-                q[j] = motion.q[row * n + j] + motion.gap[row * n + j] + active.zero[j]
-                    - active.compliance[j] * load;
+            for (j, joint) in motion.joints.iter().enumerate() {
+                q[j] = joint.q[row] + joint.gap[row] + active.zero[j]
+                    - active.compliance[j] * joint.load[row];
             }
             active.turn * chain.tip(&q[..n]) + active.shift
         })
