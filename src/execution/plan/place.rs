@@ -245,8 +245,9 @@ impl Planner {
         Ok(ways)
     }
 
-    /// Follows the way `up`, m, from where a thing is let go and the way back from there, from the first of some joint positions
-    /// and by the largest of [`SHORT`] for which both can be followed; out of a vessel all of the way up.
+    /// Follows the way `up`, m, from where a thing is let go and the way back from there, from that of some joint positions and by
+    /// that of [`SHORT`] which cost least of those for which both can be followed; out of a vessel all of the way up. Another branch
+    /// of the arm may lie where nothing held level comes, so a short way down on the near one is worth more than the whole on it.
     fn up_and_back(
         &self,
         starts: &[Vec<f64>],
@@ -261,8 +262,21 @@ impl Planner {
                 [short_up, back * short].map(|by| self.track(q_down, &straight(down, by)));
             Some(([up.ok()?, back.ok()?], short))
         };
-        let starts = &starts[..starts.len().min(BRANCHES)];
-        SHORT.iter().find_map(|&short| starts.iter().find_map(|q_down| both(q_down, short)))
+        let mut best = None;
+        let mut least = f64::INFINITY;
+        for q_down in starts.iter().take(BRANCHES) {
+            let travel = TRAVEL_COST * distance(q_down, &self.q);
+            if travel >= least {
+                continue;
+            }
+            let way = SHORT.iter().find_map(|&short| both(q_down, short));
+            let cost = |short: f64| travel + SHORT_COST * (1.0 - short);
+            if let Some(way) = way.filter(|(_, short)| cost(*short) < least) {
+                least = cost(way.1);
+                best = Some(way);
+            }
+        }
+        best
     }
 
     /// Returns places on, or in, a thing where nothing else stands, m: nearest to its middle first, or, where several find room,
