@@ -1,6 +1,7 @@
 //! `trueup gap`: what the model lacks, from recordings or from points that a camera saw.
 
 mod apply;
+mod checked;
 mod given;
 mod inputs;
 mod points;
@@ -97,7 +98,7 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
             let mut recordings = plain(&args, &map)?;
             recordings[0].notes.extend(notes);
             held_out_is_new(&recordings)?;
-            return equations(&args, path, &text, &recordings, style);
+            return equations(&args, path, &text, &recordings, cli, style);
         }
     }
     let model = model_of(&args, style)?;
@@ -149,7 +150,7 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
         investigation.finding.notes.insert(0, assumed.into());
     }
     if let Some((path, file)) = &model {
-        change(&mut investigation.finding, path, file, args)?;
+        change(&mut investigation.finding, path, file, args, cli)?;
     }
     revise(&mut investigation, robot_at.as_deref(), args)?;
     let steps: Vec<(&str, &[StepRecord])> =
@@ -185,6 +186,7 @@ fn equations(
     path: &Path,
     text: &str,
     recordings: &[Recording],
+    cli: &Shared,
     style: Style,
 ) -> Result<Exit, Failure> {
     let place = path.display().to_string();
@@ -222,6 +224,7 @@ fn equations(
         experiment: outcome.experiment,
         revision: None,
     };
+    investigation.finding.notes.extend(checked::mistakes(path, text, cli)?);
     if args.apply && outcome.text != text {
         let note = apply::apply(path, text, &outcome.text)?;
         investigation.finding.model.applied = true;
@@ -295,6 +298,7 @@ fn change(
     path: &Path,
     file: &ModelFile,
     args: &GapArgs,
+    cli: &Shared,
 ) -> Result<(), Failure> {
     let names: Vec<String> = args
         .recordings
@@ -314,6 +318,7 @@ fn change(
     let with_found = ModelFile::read(&after);
     let effects = with_found.as_ref().map_or(file.effects(), ModelFile::effects);
     finding.notes.extend(workcell::unheeded_words(effects));
+    finding.notes.extend(checked::mistakes(path, before, cli)?);
     if !args.apply || after == before {
         return Ok(());
     }

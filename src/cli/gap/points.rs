@@ -58,7 +58,7 @@ pub(super) fn gap(
     let mut investigation = found.map_err(|error| failure(&error))?;
     investigation.finding.notes.extend(notes);
     if let Some((path, file)) = &model {
-        change(&mut investigation.finding, path, file, args)?;
+        change(&mut investigation.finding, path, file, args, cli)?;
     }
     if let Some(folder) = &args.out {
         keep(&mut investigation, &[], 0, folder)?;
