@@ -14,7 +14,9 @@ use super::finding::{
 use super::model_file;
 use super::recording::{Error, Recording};
 use super::resample;
-use super::selection::{self, Hypothesis, Options, Outcome, ParameterSpec, Set, sum_of_squares};
+use super::selection::{
+    self, Hypothesis, Options, Outcome, ParameterSpec, Rival, Set, sum_of_squares,
+};
 use crate::units::significant;
 use crate::world::Scene;
 
@@ -81,6 +83,11 @@ pub(super) trait Worded: selection::Residuals {
     fn name(&self, term: &Self::Term) -> &'static str;
     /// Returns where it sits.
     fn site(&self, term: &Self::Term) -> String;
+    /// Returns whether two are the same thing with more or fewer of its numbers, between which there is no doubt.
+    fn is_same(&self, a: &Self::Term, b: &Self::Term) -> bool {
+        let _ = (a, b);
+        false
+    }
     /// Returns its equation; `estimates` are its numbers in everyday units.
     fn equation(&self, term: &Self::Term, estimates: &[ParameterEstimate]) -> String;
     /// Returns the numbers of one effect of a hypothesis.
@@ -152,7 +159,11 @@ pub(super) fn answer<G: Worded>(
     let (mut effects, mut leads) = (Vec::new(), Vec::new());
     let mut lines = Vec::new();
     for (at, term) in best.terms.iter().enumerate() {
-        let rivals = || outcome.rivals.iter().filter(|rival| rival.instead_of == at);
+        let is_other = |rival: &&Rival<G::Term>| {
+            let last = rival.hypothesis.terms.last();
+            rival.instead_of == at && !last.is_some_and(|other| gap.is_same(other, term))
+        };
+        let rivals = || outcome.rivals.iter().filter(is_other);
         let ties: Vec<_> = rivals().filter(|rival| rival.behind < options.tie).collect();
         let mut own = effect(gap, best, at, outcome.worth(at));
         // What is read once is as sure whatever the gap is.

@@ -331,8 +331,7 @@ impl Residuals for AtPoses {
     }
 
     fn compatible(&self, a: &Term, b: &Term) -> bool {
-        let shifts = matches!((a.law, b.law), (Law::CameraShift(_), Law::CameraShift(_)));
-        a != b && !shifts
+        a != b && !self.is_same(a, b)
     }
 
     fn is_broad(&self, term: &Term) -> bool {
@@ -409,6 +408,10 @@ impl Worded for AtPoses {
 
     fn site(&self, term: &Term) -> String {
         term.site(&[])
+    }
+
+    fn is_same(&self, a: &Term, b: &Term) -> bool {
+        matches!((a.law, b.law), (Law::CameraShift(_), Law::CameraShift(_)))
     }
 
     fn estimates(&self, h: &Hypothesis<Term>, at: usize) -> Vec<ParameterEstimate> {
