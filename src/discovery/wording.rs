@@ -17,6 +17,7 @@ use super::resample;
 use super::selection::{
     self, Hypothesis, Options, Outcome, ParameterSpec, Rival, Set, sum_of_squares,
 };
+use super::vocabulary::{OBJECT_TRACKER, TRACKER, is_tracker};
 use crate::units::significant;
 use crate::world::Scene;
 
@@ -62,6 +63,25 @@ pub(super) fn nearest(leads: &[Effect], explained: f64, why: &str) -> Effect {
     Effect { alternatives: leads.iter().map(lead).collect(), ..Effect::unknown(at, why) }
 }
 
+/// That an effect of a model file is not of what is looked at, for the reason `why`; a `camera_shift` of that sits at `mine`.
+pub(super) fn left_aside((name, at): (&str, &str), why: &str, mine: &str) -> String {
+    let left = format!("effect {name}({at}) {why} and is left aside");
+    if name != "camera_shift" {
+        return left;
+    }
+    let seer = |at: &str| match at {
+        TRACKER => "what sees the tip",
+        OBJECT_TRACKER => "what sees a thing in the hand",
+        _ => "the scene's camera",
+    };
+    let axes = if is_tracker(at) { "the base's axes" } else { "its own axes" };
+    format!(
+        "{left}: it says where {} stands, in {axes}; of {} it would be `{name}({mine})`",
+        seer(at),
+        seer(mine)
+    )
+}
+
 /// Nothing was given to be looked at.
 pub(super) fn no_recording() -> Error {
     Error::new("there is no recording", "command line", "name at least one CSV file")
@@ -83,6 +103,10 @@ pub(super) trait Worded: selection::Residuals {
     fn name(&self, term: &Self::Term) -> &'static str;
     /// Returns where it sits.
     fn site(&self, term: &Self::Term) -> String;
+    /// Returns where it sits in a model file.
+    fn seat(&self, term: &Self::Term) -> String {
+        self.site(term)
+    }
     /// Returns whether two are the same thing with more or fewer of its numbers, between which there is no doubt.
     fn is_same(&self, a: &Self::Term, b: &Self::Term) -> bool {
         let _ = (a, b);
@@ -191,7 +215,7 @@ pub(super) fn answer<G: Worded>(
         own.indistinguishable = !ties.is_empty();
         if ties.is_empty() {
             let estimates = everyday(&gap.estimates(best, at));
-            lines.push(model_file::line(gap.name(term), &gap.site(term), &estimates));
+            lines.push(model_file::line(gap.name(term), &gap.seat(term), &estimates));
         }
         effects.push(own);
         for rival in ties {

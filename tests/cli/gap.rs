@@ -85,8 +85,12 @@ fn a_finding_is_written_into_the_twin_and_then_nothing_is_missing() {
     assert_eq!(finding["verdict"], "nothing_missing", "{}", said.out);
 }
 
-/// Points before a camera of 800 px whose lens bends by k1 = -0.1, with half a pixel of even noise.
-fn points_through_a_lens(seed: u64) -> String {
+/// The camera that the points are seen by, as far as its lens does not bend.
+const CAMERA: &str = r#"{"camera": {"fx_px": 800, "fy_px": 800, "cx_px": 640, "cy_px": 360},
+    "world_from_camera": {"xyz_m": [0, 0, 0], "quat_wxyz": [1, 0, 0, 0]}}"#;
+
+/// Points before that camera, whose lens bends by `k1`, with half a pixel of even noise.
+fn points_through_a_lens(k1: f64, seed: u64) -> String {
     let mut text = String::from("x[m],y[m],z[m],u[px],v[px],view\n");
     let mut state = seed;
     let mut noise = || {
@@ -97,7 +101,7 @@ fn points_through_a_lens(seed: u64) -> String {
     for (i, j) in (-6..=6).flat_map(|i| (-4..=4).map(move |j| (f64::from(i), f64::from(j)))) {
         let z = 1.0 + 0.1 * (i * j).rem_euclid(7.0);
         let (x, y) = (0.1 * i, 0.1 * j);
-        let bent = 1.0 - 0.1 * (x * x + y * y);
+        let bent = 1.0 + k1 * (x * x + y * y);
         let (u, v) = (640.0 + 800.0 * x * bent + noise(), 360.0 + 800.0 * y * bent + noise());
         writeln!(text, "{},{},{z},{u:.3},{v:.3},1", x * z, y * z).unwrap();
     }
@@ -108,11 +112,9 @@ fn points_through_a_lens(seed: u64) -> String {
 fn a_lens_is_written_into_the_twin_and_then_nothing_is_missing() {
     let scratch = Scratch::new("cli-gap-points");
     scratch.file("cell.task", "twin cell of kitchen {\n}\n");
-    let camera = r#"{"camera": {"fx_px": 800, "fy_px": 800, "cx_px": 640, "cy_px": 360},
-        "world_from_camera": {"xyz_m": [0, 0, 0], "quat_wxyz": [1, 0, 0, 0]}}"#;
     for (name, seed) in [("a", 1), ("b", 2)] {
-        scratch.file(&format!("{name}.csv"), points_through_a_lens(seed));
-        scratch.file(&format!("{name}.json"), camera);
+        scratch.file(&format!("{name}.csv"), points_through_a_lens(-0.1, seed));
+        scratch.file(&format!("{name}.json"), CAMERA);
     }
     let args = ["gap", "a.csv", "b.csv", "--model", "cell.task"];
     let said = scratch.trueup(&[&args[..], &["--apply", "--out", "found", "--json"]].concat());
@@ -130,6 +132,36 @@ fn a_lens_is_written_into_the_twin_and_then_nothing_is_missing() {
     let said = scratch.trueup(&[&args[..], &["--json"]].concat());
     let finding: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(finding["verdict"], "nothing_missing", "{finding:#}");
+}
+
+/// The line was taken for the camera's own axes, and a camera of which nothing was wrong stood elsewhere; that `check` calls the
+/// file wrong was not said.
+#[test]
+fn where_a_tracker_stands_is_written_as_a_trackers_and_left_aside_by_a_camera() {
+    let scratch = Scratch::new("cli-gap-tracker");
+    scratch.file("poses.csv", crate::discovery::poses::seen_from_elsewhere(0));
+    let bench = "scene bench {\n    robot arm at (0 m, 0 m, 0 m)\n}\ntwin t of bench {\n}\n";
+    scratch.file("bench.task", bench);
+    let urdf = recording("gen3_bare.urdf");
+    let args = ["gap", "poses.csv", "--robot-file", &urdf, "--model", "bench.task", "--apply"];
+    let finding = scratch.trueup(&[&args[..], &["--json"]].concat()).json();
+    assert_eq!(finding["effects"][0]["name"], "camera_shift", "{finding:#}");
+    assert_eq!(finding["effects"][0]["at"], "camera");
+    let model = fs::read_to_string(scratch.path("bench.task")).unwrap();
+    assert!(model.contains("    effect camera_shift(tracker) { x = 0.00"), "{model}");
+    let notes = finding["notes"].to_string();
+    assert!(notes.contains("`trueup check bench.task` finds 2 mistakes"), "{notes}");
+    assert!(notes.contains("the scene `bench` has no camera"), "{notes}");
+
+    for (name, seed) in [("a", 1), ("b", 2)] {
+        scratch.file(&format!("{name}.csv"), points_through_a_lens(0.0, seed));
+        scratch.file(&format!("{name}.json"), CAMERA);
+    }
+    let finding = scratch.trueup(&["gap", "a.csv", "b.csv", "--model", "bench.task", "--json"]);
+    let finding = finding.json();
+    assert_eq!(finding["verdict"], "nothing_missing", "{finding:#}");
+    let notes = finding["notes"].to_string();
+    assert!(notes.contains("effect camera_shift(tracker) is not of the camera"), "{notes}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use trueup::discovery::finding::{Finding, Value, Verdict};
+use trueup::discovery::model_file::ModelFile;
 use trueup::discovery::recording::{Map, Recording};
 use trueup::discovery::{Investigation, Options, Subject, investigate};
 use trueup::motion::Robot;
@@ -173,8 +174,14 @@ fn found(recordings: &[Recording]) -> Finding {
 }
 
 fn investigated(recordings: &[Recording]) -> Investigation {
+    knowing(recordings, "")
+}
+
+/// The same with a twin that has this line.
+fn knowing(recordings: &[Recording], line: &str) -> Investigation {
     let (robot, scene) = (Robot::gen3(), kitchen::scene());
-    let subject = Subject::Held(&robot, &scene, &[]);
+    let twin = ModelFile::read(&format!("twin t of kitchen {{ {line} }}")).unwrap();
+    let subject = Subject::Held(&robot, &scene, twin.effects());
     investigate(recordings, subject, &Options::default(), &mut |_, _| {}).unwrap()
 }
 
@@ -185,6 +192,24 @@ fn a_thing_that_stays_in_the_hand_is_no_gap() {
     let slip = finding.smallest_visible.iter().find(|v| v.name == "grip_slip").unwrap();
     assert!((2e-5..3e-4).contains(&slip.least), "{} m/s", slip.least);
     assert!(finding.smallest_visible.iter().any(|v| v.name == "object_size"));
+}
+
+/// What sees the tip, and the scene's camera in its own axes, are not what sees the thing.
+#[test]
+fn where_something_else_stands_says_nothing_of_a_thing_in_the_hand() {
+    let recordings = [moved(&AS_DECLARED, 1), moved(&Plan { haste: 1.6, ..AS_DECLARED }, 2)];
+    for at in ["tracker", "camera"] {
+        let line = format!("effect camera_shift({at}) {{ yaw = 5 deg }}");
+        let finding = knowing(&recordings, &line).finding;
+        assert_eq!(finding.verdict, Verdict::NothingMissing, "{at}: {:#?}", finding.effects);
+        let told = |note: &String| {
+            note.contains(&format!("camera_shift({at})"))
+                && note.contains("`camera_shift(object_tracker)`")
+        };
+        assert!(finding.notes.iter().any(told), "{:?}", finding.notes);
+    }
+    let finding = knowing(&recordings, "effect camera_shift(object_tracker) { yaw = 5 deg }");
+    assert!(finding.finding.gap.before.heldout > 2.0, "{:?}", finding.finding.gap);
 }
 
 #[test]

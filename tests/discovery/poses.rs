@@ -6,6 +6,7 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use std::fmt::Write as _;
 use trueup::discovery::finding::{Finding, Verdict};
+use trueup::discovery::model_file::ModelFile;
 use trueup::discovery::recording::{Error, Map, Recording};
 use trueup::discovery::{Investigation, Options, Subject, investigate};
 use trueup::motion::dynamics::{Bodies, Dynamics};
@@ -74,8 +75,14 @@ fn weighed(robot: &Robot, payload: Inertial) -> impl Fn(&[f64], &mut StdRng) -> 
 }
 
 fn asked(text: &str, robot: &Robot) -> Result<Investigation, Error> {
+    knowing(text, robot, "")
+}
+
+/// The same with a twin that has these lines.
+fn knowing(text: &str, robot: &Robot, lines: &str) -> Result<Investigation, Error> {
     let recording = Recording::read("poses", text, None, &Map::default()).unwrap();
-    let arm = Subject::Arm(robot, &[]);
+    let twin = ModelFile::read(&format!("twin t of s {{ {lines} }}")).unwrap();
+    let arm = Subject::Arm(robot, twin.effects());
     investigate(&[recording], arm, &Options::default(), &mut |_, _| {})
 }
 
@@ -143,6 +150,38 @@ fn a_geometry_that_is_off_everywhere_is_told_in_numbers() {
     let again = asked(&table, &robot).unwrap().finding;
     assert_eq!(again.verdict, Verdict::NothingMissing, "{:?}", again.effects);
     assert!(again.identified.is_empty() && again.gap.before.heldout < 1.8, "{:?}", again.gap);
+}
+
+/// Poses of an arm whose tracker stands (4, -3, 8) mm from where it is taken to stand.
+pub(crate) fn seen_from_elsewhere(seed: u64) -> String {
+    let tracker = Isometry3::translation(0.004, -0.003, 0.008);
+    table(40, seed, true, &tips(), seen(&bare_arm(), tracker))
+}
+
+/// It was written as `camera_shift(camera)`, which the gap of a camera took for that camera's own axes: a camera of which nothing
+/// was wrong stood elsewhere. With some seeds it was a doubt between itself and itself with its turn.
+#[test]
+fn a_tracker_that_stands_elsewhere_is_no_camera() {
+    for seed in 0..4 {
+        let found = answer(&seen_from_elsewhere(seed)).unwrap();
+        assert_eq!(found.verdict, Verdict::Named, "{seed}: {:?}", found.effects);
+    }
+    let (text, robot) = (seen_from_elsewhere(0), bare_arm());
+    let found = answer(&text).unwrap();
+    let effect = &found.effects[0];
+    assert_eq!((effect.name.as_str(), effect.at.as_str()), ("camera_shift", "camera"));
+    let [line] = &found.model.added[..] else { panic!("{:?}", found.model.added) };
+    assert!(line.starts_with("effect camera_shift(tracker) { x = 0.00"), "{line}");
+    let again = knowing(&text, &robot, line).unwrap().finding;
+    assert_eq!(again.verdict, Verdict::NothingMissing, "{:?}", again.effects);
+    // A camera of the scene, and what sees things in the hand, say nothing of the tip.
+    for of in ["camera", "object_tracker"] {
+        let aside = knowing(&text, &robot, &line.replace("tracker", of)).unwrap().finding;
+        assert_eq!(aside.effects[0].name, "camera_shift", "{of}");
+        let told = |note: &&String| note.contains(&format!("({of})"));
+        let note = aside.notes.iter().find(told).unwrap();
+        assert!(note.contains("left aside") && note.contains("(tracker)"), "{note}");
+    }
 }
 
 #[test]

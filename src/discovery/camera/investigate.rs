@@ -58,6 +58,10 @@ pub fn investigate(
         outcome = selection::search(&gap, &search, progress).map_err(diverged)?;
         notes.push(wording::ROLES_EXCHANGED.into());
     }
+    let is_shift = |law: &Law| law.name() == "camera_shift";
+    if gap.known.0.iter().any(is_shift) && outcome.best.terms.iter().any(is_shift) {
+        notes.push(wording::shifted_again());
+    }
     progress("writing the answer", 0.98);
     let traces = traces(&gap, &outcome.best, files);
     let whys = whys(&gap, &outcome, search.tie);
@@ -79,15 +83,16 @@ fn known_laws(
 ) -> Result<(Vec<Law>, Vec<f64>), Error> {
     let mut laws = (Vec::new(), Vec::new());
     for effect in known {
-        let here = format!("effect {}({})", effect.name.text, effect.at.text);
-        let read =
-            super::known::known(effect).map_err(|bad| error::not_an_effect(&bad, here.clone()))?;
+        let read = super::known::known(effect).map_err(|bad| {
+            let here = format!("effect {}({})", effect.name.text, effect.at.text);
+            error::not_an_effect(&bad, here)
+        })?;
         match read {
             Some((law, values)) => {
                 laws.0.push(law);
                 laws.1.extend(values);
             }
-            None => notes.push(wording::not_of_camera(&here)),
+            None => notes.push(wording::not_of_camera(effect)),
         }
     }
     Ok(laws)

@@ -2,10 +2,11 @@
 
 pub use super::error::BadParameter;
 use super::term::Law;
+use crate::discovery::vocabulary::is_tracker;
 use crate::language::ast::EffectItem;
 use crate::units::Unit;
 
-/// Reads one effect of a twin; `None` for an effect that is not of the camera or the table.
+/// Reads one effect of a twin; `None` for an effect that is not of the scene's camera or the table.
 ///
 /// # Errors
 ///
@@ -16,7 +17,7 @@ pub fn known(effect: &EffectItem) -> Result<Option<(Law, Vec<f64>)>, BadParamete
         "tangential_distortion" => Law::Tangential,
         "focal_error" => Law::Focal(true),
         "principal_point_shift" => Law::Principal(true, true),
-        "camera_shift" => Law::Shift([true; 6]),
+        "camera_shift" if !is_tracker(&effect.at.text) => Law::Shift([true; 6]),
         "table_tilt" => Law::Table(true, true),
         "image_delay" => Law::Delay,
         "rolling_shutter" => Law::Shutter,

@@ -6,6 +6,9 @@ use super::lens::Lens;
 use super::term::{Feature, Law, SHIFT};
 use crate::discovery::finding::ParameterEstimate;
 use crate::discovery::model_file;
+use crate::discovery::vocabulary::{OBJECT_TRACKER, TRACKER};
+use crate::discovery::wording::left_aside;
+use crate::language::ast::EffectItem;
 use crate::units::{Dimension, significant};
 
 /// A number of an effect as it is told.
@@ -189,8 +192,18 @@ pub(super) fn motion_unknown(file: &str) -> String {
     )
 }
 
-pub(super) fn not_of_camera(effect: &str) -> String {
-    format!("{effect} is not of the camera and is left aside")
+/// That the camera is found elsewhere than where the model's own shift has it.
+pub(super) fn shifted_again() -> String {
+    format!(
+        "the model's own camera_shift(camera) is taken in the camera's axes, and the camera is not there; one that recordings of a \
+         tip or of a thing in the hand told is of a tracker, in the base's axes: call it `camera_shift({TRACKER})` or \
+         `camera_shift({OBJECT_TRACKER})`"
+    )
+}
+
+pub(super) fn not_of_camera(effect: &EffectItem) -> String {
+    let of = (effect.name.text.as_str(), effect.at.text.as_str());
+    left_aside(of, "is not of the camera", "camera")
 }
 
 /// The noise, px.

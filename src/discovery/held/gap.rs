@@ -20,7 +20,8 @@ pub(super) enum Term {
     Height,
     /// `image_delay(camera)`: it was seen late.
     Late,
-    /// `camera_shift(camera)`: it was seen from elsewhere.
+    /// `camera_shift(camera)`: it was seen from elsewhere, told in the base's axes; in a model file it sits at
+    /// [`OBJECT_TRACKER`](crate::discovery::vocabulary::OBJECT_TRACKER).
     Shift,
 }
 

@@ -6,6 +6,7 @@ use super::wording;
 use crate::discovery::finding::{Channel, Finding, ParameterEstimate};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Hypothesis, Options, Residuals as _, Set};
+use crate::discovery::vocabulary::OBJECT_TRACKER;
 use crate::discovery::why::whys;
 use crate::discovery::wording::{Worded, answer, sets};
 use crate::discovery::{Investigation, Trace};
@@ -73,7 +74,7 @@ fn take_known(gap: &mut HeldGap, known: &[EffectItem]) -> Vec<String> {
             let mine: Vec<f64> =
                 specs.iter().map(|spec| number(spec.name).unwrap_or(0.0)).collect();
             let is_it = gap.name(&term) == item.name.text
-                && gap.site(&term) == item.at.text
+                && gap.seat(&term) == item.at.text
                 && specs.iter().any(|spec| number(spec.name).is_some());
             if is_it {
                 gap.known.0.push(term);
@@ -131,6 +132,13 @@ impl Worded for HeldGap {
             Term::Rate | Term::Friction => "gripper".into(),
             Term::Width(_) | Term::Height => self.held[0].object.clone(),
             Term::Late | Term::Shift => "camera".into(),
+        }
+    }
+
+    fn seat(&self, term: &Term) -> String {
+        match term {
+            Term::Shift => OBJECT_TRACKER.into(),
+            _ => self.site(term),
         }
     }
 

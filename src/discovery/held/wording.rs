@@ -4,6 +4,8 @@ use super::gap::Term;
 use crate::discovery::finding::ParameterEstimate;
 use crate::discovery::recording::Error;
 use crate::discovery::selection::Diverged;
+use crate::discovery::vocabulary::OBJECT_TRACKER;
+use crate::discovery::wording::left_aside;
 use crate::language::ast::EffectItem;
 use crate::units::significant;
 
@@ -89,8 +91,8 @@ pub(super) fn one_recording() -> String {
 }
 
 pub(super) fn not_of_holding(effect: &EffectItem) -> String {
-    let (name, at) = (&effect.name.text, &effect.at.text);
-    format!("effect {name}({at}) does not change how a thing is held and is left aside")
+    let of = (effect.name.text.as_str(), effect.at.text.as_str());
+    left_aside(of, "does not change how a thing is held", OBJECT_TRACKER)
 }
 
 /// How an effect reads with its numbers.

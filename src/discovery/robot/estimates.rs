@@ -117,5 +117,5 @@ fn unit(feature: Feature) -> &'static str {
 
 /// Writes the line of a model file.
 pub(super) fn line(term: &Term, estimates: &[ParameterEstimate], things: &[Thing]) -> String {
-    model_file::line(term.law.name(), &term.site(things), estimates)
+    model_file::line(term.law.name(), &term.seat(things), estimates)
 }

@@ -3,6 +3,7 @@
 use super::channels::Quantity;
 use super::error::Misfit;
 use super::term::{Law, Term};
+use crate::discovery::vocabulary::TRACKER;
 use crate::language::ast::EffectItem;
 use crate::units::Unit;
 
@@ -39,7 +40,7 @@ const POSE: [(&str, &str); 6] =
     [("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad")];
 
 /// Reads one effect of a twin of an arm with `n` joints; `None` for an effect that is of something else
-/// (a lens, a liquid).
+/// (a lens, where a scene's camera stands, a liquid).
 ///
 /// # Errors
 ///
@@ -98,7 +99,9 @@ pub fn known(effect: &EffectItem, n: usize) -> Result<Option<(Term, Vec<f64>)>, 
             (Law::LinkLength, given.joint()?, values)
         }
         "tool_offset" => (Law::ToolOffset, 0, given.or_zero(&PLACE)?),
-        "camera_shift" => (Law::CameraShift([true; 6]), 0, given.or_zero(&POSE)?),
+        "camera_shift" if given.effect.at.text == TRACKER => {
+            (Law::CameraShift([true; 6]), 0, given.or_zero(&POSE)?)
+        }
         _ => return Ok(None),
     };
     Ok(Some((Term { law, joint }, values)))

@@ -3,6 +3,7 @@
 use super::channels::Quantity;
 use super::load::Thing;
 use crate::discovery::selection::ParameterSpec;
+use crate::discovery::vocabulary::TRACKER;
 
 /// What a feature of an unnamed torque looks at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -410,6 +411,14 @@ impl Term {
             Law::CameraShift(_) => "camera".into(),
             Law::SensorDelay(quantity) => quantity.stem().into(),
             _ => format!("joint_{}", self.joint + 1),
+        }
+    }
+
+    /// Returns the name of its seat in a model file, which tells a tracker from the scene's camera.
+    pub fn seat(&self, things: &[Thing]) -> String {
+        match self.law {
+            Law::CameraShift(_) => TRACKER.into(),
+            _ => self.site(things),
         }
     }
 }

@@ -5,7 +5,8 @@ use std::fmt;
 
 use super::term::{Feature, Law, Term};
 use crate::discovery::finding::{Effect, ParameterEstimate};
-use crate::discovery::wording::percent;
+use crate::discovery::vocabulary::TRACKER;
+use crate::discovery::wording::{left_aside, percent};
 use crate::units::significant;
 
 pub(super) use crate::discovery::wording::Explained;
@@ -140,7 +141,7 @@ pub(super) fn effect(name: &str, at: &str) -> String {
 
 /// That a known effect is of something else.
 pub(super) fn not_of_the_arm(name: &str, at: &str) -> String {
-    format!("{} is not of the arm and is left aside", effect(name, at))
+    left_aside((name, at), "is not of the arm", TRACKER)
 }
 
 /// That torques are read so many s late, or early, and that it is taken into account.

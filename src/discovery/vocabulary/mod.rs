@@ -14,6 +14,17 @@ use crate::language::{Diagnostic, nearest};
 use crate::units::Unit;
 pub use kinds::KINDS;
 
+/// Where a `camera_shift` of what sees the tip sits in a model file; its numbers are in the base's axes.
+pub const TRACKER: &str = "tracker";
+/// Where a `camera_shift` of what sees a thing in the hand sits in a model file; its numbers are in the base's axes.
+pub const OBJECT_TRACKER: &str = "object_tracker";
+
+/// Returns whether a `camera_shift` of a model file is of what tells places in the base's frame, rather than of the scene's
+/// camera, whose numbers are in its own axes.
+pub fn is_tracker(at: &str) -> bool {
+    [TRACKER, OBJECT_TRACKER].contains(&at)
+}
+
 /// Where an effect may sit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SiteKind {
@@ -29,7 +40,7 @@ pub enum SiteKind {
     Tool,
     /// A measured channel: `q`, `dq`, `tau`, `tcp`.
     Channel,
-    /// A camera or tracker.
+    /// A camera, or a tracker ([`is_tracker`]).
     Camera,
     /// The table.
     Table,

@@ -83,6 +83,7 @@ fn a_camera_that_was_pushed_is_named() {
     let shift = [0.02, -0.01, 0.015, 0.01, -0.02, 0.03];
     let finding = of_table(&Truth { shift, ..Truth::default() }, true);
     one(&finding, "camera_shift");
+    assert!(finding.model.added[0].starts_with("effect camera_shift(camera) { x = 0.0"));
     for (component, truth) in shift.into_iter().enumerate() {
         let parameter = if component < 3 { "xyz" } else { "rpy" };
         assert_number(&finding.effects[0], parameter, component % 3, truth);
@@ -245,6 +246,27 @@ fn what_the_pictures_cannot_show_is_said() {
     assert_eq!(finding.verdict, Verdict::NothingMissing, "{finding:#?}");
     let blind = finding.notes.iter().find(|note| note.contains("cannot show")).unwrap();
     assert!(blind.contains("focal_error"), "{blind}");
+}
+
+/// A tracker's place is in the base's axes: as the camera's own it once made a perfect camera stand elsewhere.
+#[test]
+fn where_a_tracker_stands_says_nothing_of_the_camera() {
+    let texts = [1, 2].map(|seed| Truth::default().table_picture(Shot::with(seed), true));
+    let knowing = |at: &str| {
+        let line = format!("effect camera_shift({at}) {{ x = 20 mm, y = -10 mm, z = 15 mm }}");
+        asked(&texts, &posed(), &line).unwrap().finding
+    };
+    for at in ["tracker", "object_tracker"] {
+        let finding = knowing(at);
+        assert_eq!(finding.verdict, Verdict::NothingMissing, "{finding:#?}");
+        let aside = format!("effect camera_shift({at}) is not of the camera and is left aside");
+        assert!(finding.notes.iter().any(|note| note.starts_with(&aside)), "{:?}", finding.notes);
+    }
+    // As a file has it in which the two were one word.
+    let finding = knowing("camera");
+    assert!(names(&finding).contains(&"camera_shift"), "{finding:#?}");
+    let told = |note: &String| note.contains("call it `camera_shift(tracker)`");
+    assert!(finding.notes.iter().any(told), "{:?}", finding.notes);
 }
 
 #[test]

@@ -410,6 +410,10 @@ impl Worded for AtPoses {
         term.site(&[])
     }
 
+    fn seat(&self, term: &Term) -> String {
+        term.seat(&[])
+    }
+
     fn is_same(&self, a: &Term, b: &Term) -> bool {
         matches!((a.law, b.law), (Law::CameraShift(_), Law::CameraShift(_)))
     }
