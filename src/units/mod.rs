@@ -203,6 +203,8 @@ mod tests {
             ("rad/(N*m)", 1.0, dim(-2, -1, 2, 1, 0, 0)),
             ("N·m·s²/rad²", 1.0, dim(2, 1, 0, -2, 0, 0)),
             ("1/s", 1.0, Dimension::FREQUENCY),
+            ("ns", 1e-9, Dimension::TIME),
+            ("rad/us", 1e6, Dimension::ANGULAR_SPEED),
             ("s^-1", 1.0, Dimension::FREQUENCY),
             ("", 1.0, Dimension::NONE),
             ("%", 0.01, Dimension::NONE),
@@ -225,6 +227,8 @@ mod tests {
         assert!(Unit::parse("cmm").unwrap_err().to_string().contains("`cmm` is not a unit"));
         assert_eq!(suggest_unit("centimetres"), Some("cm"));
         assert_eq!(suggest_unit("ML"), Some("mL"));
+        assert_eq!(suggest_unit("nanoseconds"), Some("ns"));
+        assert_eq!(suggest_unit("µs"), Some("us"));
         assert_eq!(suggest_unit("furlongs"), None);
     }
 

@@ -14,6 +14,7 @@ pub const UNITS: &[(&str, f64, Dimension)] = &[
     ("mrad", 1e-3, Dimension::ANGLE),
     ("rad", 1.0, Dimension::ANGLE),
     ("rev", std::f64::consts::TAU, Dimension::ANGLE),
+    ("ns", 1e-9, Dimension::TIME),
     ("us", 1e-6, Dimension::TIME),
     ("ms", 1e-3, Dimension::TIME),
     ("s", 1.0, Dimension::TIME),
@@ -55,6 +56,12 @@ const MEANT: &[(&str, &str)] = &[
     ("mins", "min"),
     ("millisecond", "ms"),
     ("msec", "ms"),
+    ("microsecond", "us"),
+    ("usec", "us"),
+    ("µs", "us"),
+    ("μs", "us"),
+    ("nanosecond", "ns"),
+    ("nsec", "ns"),
     ("millilitre", "mL"),
     ("milliliter", "mL"),
     ("ml", "mL"),
@@ -81,7 +88,7 @@ const MEANT: &[(&str, &str)] = &[
 
 /// The units worth listing to a person who wrote one that does not exist.
 pub fn known_units() -> &'static str {
-    "mm cm m deg rad ms s min mL L g kg N N*m A V Hz rad/s %"
+    "mm cm m deg rad ns us ms s min mL L g kg N N*m A V Hz rad/s %"
 }
 
 /// Returns the unit that a wrong spelling most likely means: `centimetres` → `cm`.

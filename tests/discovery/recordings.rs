@@ -30,6 +30,22 @@ fn units_become_si() {
     assert_eq!(r.column("tau_1", Dimension::TORQUE).unwrap(), [1.0, 2.0, 3.0]);
 }
 
+/// Stamps of ROS as integers: `t[ns]` was no unit, and a number of 1.7e18 is exact to 256 ns only.
+#[test]
+fn nanoseconds_since_the_epoch_are_a_time() {
+    let mut csv = "t[ns],q_1[rad]\n".to_owned();
+    for row in 0..20_u64 {
+        writeln!(csv, "{},{row}", 1_734_567_800_123_456_789 + row * 1_000_000).unwrap();
+    }
+    let r = read(&csv).unwrap();
+    assert_eq!((r.n_rows(), r.notes.len()), (20, 0), "{:?}", r.notes);
+    assert!((r.step() - 1e-3).abs() < 1e-6 && (r.duration() - 0.019).abs() < 1e-6);
+    let wrong = read(&csv.replace("t[ns]", "t[µs]")).unwrap_err();
+    assert!(wrong.contains("`µs` is not a unit") && wrong.contains("write `[us]`"), "{wrong}");
+    // Called seconds, or nothing at all, they are no time that a clock shows.
+    assert!(read(&csv.replace("t[ns]", "t")).unwrap_err().contains("`t[ns]`"));
+}
+
 #[test]
 fn foreign_names_are_mapped_and_get_the_unit_they_lack() {
     let csv = "t_s,u_pump_V,level\n0,1,2\n4,1,2\n8,1,3\n";

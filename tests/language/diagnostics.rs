@@ -125,7 +125,7 @@ fn a_wrong_unit_names_the_right_one() {
    ·                         ╰── unknown unit
  6 │ }
    ╰────
-  help: write `12 cm`  (units: mm cm m deg rad ms s min mL L g kg N N*m A V Hz rad/s %)
+  help: write `12 cm`  (units: mm cm m deg rad ns us ms s min mL L g kg N N*m A V Hz rad/s %)
 "
     );
 }

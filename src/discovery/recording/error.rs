@@ -346,15 +346,15 @@ impl Flaw {
             Self::NotRenamed { headers, .. } => {
                 return format!("the columns are {}", headers.join(", "));
             }
-            Self::Header(_) => "write `name[unit]`, or rename it with `--map 'THEIRS=OURS[unit]'`",
+            Self::Header(error) => return of_header(error),
             Self::SameName(_) => "rename one of them, in the file or with `--map`",
             Self::NoClock(first) => {
                 return format!("if time is another column, say so: `--map '{first}=t[s]'`");
             }
-            Self::ClockUnit { .. } => "write `t[s]` or `t[ms]`",
+            Self::ClockUnit { .. } => "write `t[s]`, `t[ms]`, `t[us]` or `t[ns]`",
             Self::NotATime(_) => "every row needs a finite time",
             Self::NoClockShows(..) => {
-                "leave the row out, or say in the header what unit `t` is in: `t[ms]`, `t[us]`"
+                "leave the row out, or say in the header what unit `t` is in: `t[ms]`, `t[us]`, `t[ns]`"
             }
             Self::TooFewRows { .. } => "record for longer: a gap needs motion to show",
             Self::TooFewDiffer(_) => "record while the machine moves",
@@ -393,6 +393,16 @@ impl BagFlaw {
         };
         help.to_owned()
     }
+}
+
+/// Says how a header that cannot be read is written; the unit that was meant, where it is known.
+fn of_header(error: &units::Error) -> String {
+    let meant = match error {
+        units::Error::UnknownUnit { text } => units::suggest_unit(text),
+        units::Error::BadColumn { .. } => None,
+    };
+    let write = meant.map_or("`name[unit]`".to_owned(), |unit| format!("`[{unit}]`"));
+    format!("write {write}, or rename it with `--map 'THEIRS=OURS[unit]'`")
 }
 
 /// How many lines are written out where several are wrong.
