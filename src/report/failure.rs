@@ -48,7 +48,7 @@ impl Failure {
         let place = path.display().to_string();
         let (code, help) = match error.kind() {
             Kind::NotFound => ("io::missing", "is the path right?"),
-            Kind::InvalidData => ("io::text", "it is not a text file in UTF-8"),
+            Kind::InvalidData => ("io::text", "save it as a text file in UTF-8"),
             Kind::PermissionDenied => ("io::read", "check its permissions"),
             Kind::InvalidInput => ("io::read", "write what it gives into a file, and name that"),
             Kind::IsADirectory => ("io::read", "name a file in it"),

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::discovery::bag::of_an_elbow;
 use crate::program::Scratch;
 
 fn recording(name: &str) -> String {
@@ -201,6 +202,49 @@ fn mistakes_are_told_with_their_place() {
         let error = &answer["error"];
         assert_eq!(error["code"], code, "{args:?}: {}", said.out);
         assert!(error["message"].as_str().unwrap().contains(says), "{args:?}: {}", said.out);
+    }
+}
+
+/// The folder that `ros2 bag record` writes was refused, as no run, and so was the sidecar beside it.
+#[test]
+fn the_folder_of_a_bag_is_one_recording_with_its_sidecar_beside_it() {
+    let scratch = Scratch::new("cli-gap-bag");
+    scratch.file("walk/metadata.yaml", "rosbag2_bagfile_information:\n");
+    // Neither part has the three states that a recording needs.
+    scratch.file("walk/walk_0.mcap", of_an_elbow(1.0, 2));
+    scratch.file("walk/walk_1.mcap", of_an_elbow(1.02, 2));
+    scratch.file("walk.json", r#"{"robot": "nowhere.urdf"}"#);
+    for folder in ["walk", "walk/"] {
+        let said = scratch.trueup(&["gap", folder, "--json"]);
+        assert_eq!(said.error("code"), "gap::robot", "{}", said.out);
+        assert!(said.error("message").contains("nowhere.urdf"), "{}", said.out);
+    }
+    // Its robot lies where its sidecar does.
+    scratch.file("nowhere.urdf", "<robot");
+    let said = scratch.trueup(&["gap", "walk", "--json"]);
+    assert!(said.error("where").contains("nowhere.urdf"), "{}", said.out);
+}
+
+/// Files that are no text were told as "not UTF-8", without a way on.
+#[test]
+fn a_recording_in_another_form_is_told_with_what_makes_a_readable_one() {
+    let scratch = Scratch::new("cli-gap-forms");
+    scratch.file("walk/metadata.yaml", "rosbag2_bagfile_information:\n");
+    scratch.file("walk/walk_0.db3", b"SQLite format 3\0\x10\0\xff");
+    scratch.file("run.parquet", b"PAR1\x15\x04\xff\xfe");
+    scratch.file("run.csv.gz", b"\x1f\x8b\x08\x00\xff");
+    scratch.file("noise.csv", b"t[s],q_1[rad]\n\xff\xfe");
+    let cases = [
+        ("walk", "gap::format", "`ros2 bag convert -i walk -o"),
+        ("walk/walk_0.db3", "gap::format", "uri: walk/walk_0_mcap"),
+        ("run.parquet", "gap::format", "read_parquet('run.parquet').to_csv('run.csv'"),
+        ("run.csv.gz", "gap::format", "gunzip -k run.csv.gz"),
+        ("noise.csv", "io::text", "UTF-8"),
+    ];
+    for (path, code, helps) in cases {
+        let said = scratch.trueup(&["gap", path, "--json"]);
+        assert_eq!((said.code, said.error("code").as_str()), (2, code), "{path}: {}", said.out);
+        assert!(said.error("help").contains(helps), "{path}: {}", said.out);
     }
 }
 

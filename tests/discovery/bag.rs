@@ -6,7 +6,7 @@ use std::io::Cursor;
 use byteorder::LittleEndian;
 use mcap::records::MessageHeader;
 use serde::Serialize;
-use trueup::discovery::recording::{Map, Recording};
+use trueup::discovery::recording::{Bag, Map, Recording};
 use trueup::units::Dimension;
 
 use super::{bare_arm, recording};
@@ -49,6 +49,17 @@ fn bag(schema: &str, messages: &[Said<'_>]) -> Vec<u8> {
     writer.finish().unwrap();
     drop(writer);
     bytes.into_inner()
+}
+
+/// A bag in MCAP of a joint `elbow`, at q = t: so many states at 100 Hz from `begin`, s, on.
+pub(crate) fn of_an_elbow(begin: f64, states: u32) -> Vec<u8> {
+    let names = ["elbow".to_owned()];
+    let said = |i: u32| {
+        let t = begin + f64::from(i) * 0.01;
+        ("/joint_states", t, &names[..], vec![t], vec![], vec![])
+    };
+    let messages: Vec<Said<'_>> = (0..states).map(said).collect();
+    bag("sensor_msgs/msg/JointState", &messages)
 }
 
 fn read(bytes: &[u8]) -> Result<Recording, trueup::discovery::recording::Error> {
@@ -107,6 +118,21 @@ fn a_command_holds_until_the_next() {
     assert_eq!(command.iter().filter(|value| (**value - 5.0).abs() < 1e-12).count(), 30);
     assert_eq!(command.iter().filter(|value| (**value - 6.0).abs() < 1e-12).count(), 49);
     assert!(read.notes.iter().any(|note| note.contains("21 rows")), "{:?}", read.notes);
+}
+
+/// `ros2 bag record` splits a long bag; the parts are one recording, in whatever order they come.
+#[test]
+fn a_split_bag_is_one_recording() {
+    let whole = read(&of_an_elbow(1.0, 20)).unwrap();
+    let mut parts = Bag::default();
+    parts.add("arm_1.mcap", &of_an_elbow(1.1, 10)).unwrap();
+    parts.add("arm_0.mcap", &of_an_elbow(1.0, 10)).unwrap();
+    let read = parts.recording("arm.mcap", None, &Map::default()).unwrap();
+    assert_eq!((read.n_rows(), &read.notes), (20, &whole.notes));
+    let apart = read.time.iter().zip(&whole.time).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-6, "{:?}", read.time);
+    let error = Bag::default().add("arm_0.mcap", b"t[s],q_1[rad]\n").unwrap_err();
+    assert!(error.place.contains("arm_0.mcap"), "{error}");
 }
 
 #[test]

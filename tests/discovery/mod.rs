@@ -1,6 +1,6 @@
 //! Discovery: planted truth is found, nothing is found where nothing was planted, bad input is told.
 
-mod bag;
+pub(crate) mod bag;
 mod camera;
 mod carried;
 mod equation;

@@ -9,8 +9,11 @@ use std::path::{Path, PathBuf};
 use crate::report::{Failure, kept};
 use crate::workcell::archive;
 
+use super::bags;
+
 /// What lies in a folder of runs, or beside a recording, and is none: answers, priors, sidecars, pages.
-const NO_RECORDING: [&str; 7] = ["jsonl", "json", "task", "html", "toml", "svg", "md"];
+const NO_RECORDING: [&str; 9] =
+    ["jsonl", "json", "task", "html", "toml", "svg", "md", "yaml", "yml"];
 
 /// What can be looked at, and what is said of the rest.
 pub(super) struct Given {
@@ -100,7 +103,8 @@ fn useless(path: &Path) -> Option<&'static str> {
         return Some("no recording");
     }
     if is_dir && !file.exists() {
-        return Some("no run, and no folder of runs");
+        let why = bags::is_nearly(path).unwrap_or("no run, no ROS 2 bag, and no folder of runs");
+        return (!bags::is_bag(path)).then_some(why);
     }
     let is_of_a_run = file.file_name().is_some_and(|name| name == "arm.csv")
         && file.with_file_name("run.json").is_file();
@@ -172,6 +176,13 @@ mod tests {
         assert_eq!(names(&twice), Ok((vec!["3-pour".into(), "1-pick".into()], 1)));
         assert_eq!(names(&["1".into(), "1".into()]), Ok((vec!["1-pick".into()], 1)));
         assert_eq!(names(&["2".into()]).unwrap_err(), "gap::nothing");
+        // The folder that `ros2 bag record` writes was no run, and no folder of runs.
+        let bag = root.path().join("walk");
+        fs::create_dir(&bag).unwrap();
+        fs::write(bag.join("walk_0.mcap"), "").unwrap();
+        assert_eq!(names(std::slice::from_ref(&bag)).unwrap_err(), "gap::nothing");
+        fs::write(bag.join("metadata.yaml"), "").unwrap();
+        assert_eq!(names(std::slice::from_ref(&bag)), Ok((vec!["walk".into()], 0)));
         assert_eq!(names(&["7".into()]).unwrap_err(), "run::unknown");
     }
 }

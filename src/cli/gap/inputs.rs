@@ -6,8 +6,6 @@ use crate::discovery::held::Held;
 use crate::discovery::model_file::ModelFile;
 use crate::discovery::pour::Pour;
 use crate::discovery::recording::{Map, Recording};
-#[cfg(feature = "bags")]
-use crate::files;
 use crate::language::Source;
 use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
@@ -19,7 +17,7 @@ use super::super::cell::stdlib;
 use super::super::inputs::{arm_rows, data, read};
 use super::super::shared::Shared;
 use super::given::{Aside, nothing};
-use super::{GapArgs, failure};
+use super::{GapArgs, bags, failure, foreign};
 
 /// What all the recordings are of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -216,8 +214,14 @@ pub(super) fn scene_of(
     workcell::scene_of(&library, wanted).map_err(|error| report::cell_failure(&error, style))
 }
 
-/// Reads the recordings of a file and the sidecar beside it; a folder is a run, whose recording is `arm.csv`.
+/// Reads the recordings of a file and the sidecar beside it; a folder is a bag, or a run, whose recording is `arm.csv`.
 fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
+    if let Some(parts) = bags::parts(path)? {
+        let sidecar = sidecar(bags::sidecar(path, &parts))?;
+        let sidecar = sidecar.as_ref().map(|(name, text)| (name.as_str(), text.as_str()));
+        let name = path.display().to_string();
+        return bags::read(&name, &parts, sidecar, map).map(|recording| vec![recording]);
+    }
     let inside;
     let path = if path.is_dir() {
         inside = path.join("arm.csv");
@@ -225,38 +229,20 @@ fn recordings_at(path: &Path, map: &Map) -> Result<Vec<Recording>, Failure> {
     } else {
         path
     };
-    let beside = path.with_extension("json");
-    let sidecar = if beside.is_file() { Some(read(&beside)?) } else { None };
-    let beside = beside.display().to_string();
-    let sidecar = sidecar.as_deref().map(|text| (beside.as_str(), text));
+    let sidecar = sidecar(Some(path.with_extension("json")).filter(|file| file.is_file()))?;
+    let sidecar = sidecar.as_ref().map(|(name, text)| (name.as_str(), text.as_str()));
     let name = path.display().to_string();
-    if path.extension().is_some_and(|extension| extension == "mcap") {
-        return bag_at(path, &name, sidecar, map).map(|recording| vec![recording]);
-    }
     // Who else calls a file so may have ended it without a line's end.
     let is_of_a_run = path.file_name().is_some_and(|file| file == "arm.csv")
         && path.with_file_name(record::EVENTS).is_file();
-    let text = if is_of_a_run { arm_rows(path)? } else { data(path)? };
+    let text = if is_of_a_run { arm_rows(path) } else { data(path) };
+    let text = text.map_err(|failure| foreign::told(path).unwrap_or(failure))?;
     Recording::read_runs(&name, &text, sidecar, map).map_err(|error| failure(&error))
 }
 
-#[cfg(feature = "bags")]
-fn bag_at(
-    path: &Path,
-    name: &str,
-    sidecar: Option<(&str, &str)>,
-    map: &Map,
-) -> Result<Recording, Failure> {
-    let bytes = files::read::bytes(path, files::read::DATA);
-    let bytes = bytes.map_err(|error| Failure::unread(path, &error))?;
-    Recording::read_bag(name, &bytes, sidecar, map).map_err(|error| failure(&error))
-}
-
-#[cfg(not(feature = "bags"))]
-fn bag_at(_: &Path, name: &str, _: Option<(&str, &str)>, _: &Map) -> Result<Recording, Failure> {
-    Err(Failure::input("gap::recording", "this build does not read ROS 2 bags")
-        .at(name)
-        .help("build it with `--features bags`, or convert the bag to CSV"))
+/// Reads a sidecar, if there is one: its name and its text.
+fn sidecar(file: Option<PathBuf>) -> Result<Option<(String, String)>, Failure> {
+    file.map(|file| Ok((file.display().to_string(), read(&file)?))).transpose()
 }
 
 /// Finds the robot, as told, as the first sidecar says, or the stdlib's; and its file, unless it is the stdlib's.
@@ -286,8 +272,9 @@ pub(super) fn robot_of(
         return stdlib(tip);
     }
     let first = &args.recordings[0];
-    let folder = if first.is_dir() { Some(first.as_path()) } else { first.parent() };
-    let folders = [folder, args.robot_dir.as_deref()];
+    // The sidecar of a bag lies beside its folder.
+    let within = first.is_dir().then_some(first.as_path());
+    let folders = [within, first.parent(), args.robot_dir.as_deref()];
     for folder in folders.into_iter().flatten() {
         let path = folder.join(name);
         if path.is_file() {

@@ -44,62 +44,36 @@ struct JointState {
 /// One quantity of one joint over time.
 type Series = Vec<(f64, f64)>;
 
-/// Reads the joint states of a bag; `sidecar` and `map` as for [`Recording::read`].
-pub(super) fn read(
-    name: &str,
-    bytes: &[u8],
-    sidecar: Sidecar,
-    map: &Map,
-) -> Result<Recording, Error> {
-    let (series, mut notes) = series(name, bytes)?;
-    let headers: Vec<String> = series.keys().cloned().collect();
-    if let Some(theirs) = map.unused(&headers) {
-        let flaw = BagFlaw::NotRenamed { theirs: theirs.to_owned(), headers };
-        return Err(Flaw::Bag(flaw).at(name));
-    }
-    // The clock is that of the measured quantity with most samples; the others are read off at its times.
-    let measured = series.iter().filter(|(name, _)| !is_held(name));
-    let Some((_, clock)) = measured.max_by_key(|(_, samples)| samples.len()) else {
-        return Err(Flaw::Bag(BagFlaw::OnlyCommands).at(name));
-    };
-    let (begin, end) = overlap(&series);
-    let time: Vec<f64> =
-        clock.iter().map(|sample| sample.0).filter(|t| (begin..=end).contains(t)).collect();
-    if time.len() < 3 {
-        return Err(Flaw::Bag(BagFlaw::TooFewStates(time.len())).at(name));
-    }
-    // A topic that was heard once has a value at every time as well.
-    if time.len().saturating_mul(series.len()) > MOST_VALUES {
-        return Err(too_much(name, time.len() * series.len()));
-    }
-    let outside = clock.len() - time.len();
-    if outside > 0 {
-        notes.push(wording::not_every_topic(name, outside));
-    }
-    let columns = series.iter().map(|(header, samples)| {
-        let values = time.iter().map(|t| at(samples, *t, is_held(header))).collect();
-        let plain = units::Column { name: header.clone(), unit: None };
-        let (column, _) = map.apply(header, plain);
-        Column { name: column.name, unit: column.unit, values, bad: Vec::new(), n_bad: 0 }
-    });
-    let columns = columns.collect();
-    let first = time[0];
-    let time = time.into_iter().map(|t| t - first).collect();
-    Ok(Recording { name: name.into(), time, columns, sidecar, notes })
+/// The joint states of a bag, gathered from its files one after the other: a bag may be split.
+#[derive(Debug, Default)]
+pub struct Bag {
+    /// Every quantity of every joint over time, s since the epoch.
+    series: BTreeMap<String, Series>,
+    /// Topics, and the kind of message of each.
+    topics: BTreeMap<String, String>,
+    /// Values in all series.
+    n_values: usize,
+    /// Whether a message bears no stamp.
+    is_unstamped: bool,
 }
 
-/// Collects every quantity of every joint over time, s since the epoch, increasing.
-fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<String>), Error> {
-    let broken = |why: BrokenBag| Flaw::Bag(BagFlaw::Broken(why)).at(name);
-    let mut series: BTreeMap<String, Series> = BTreeMap::new();
-    let mut seen: BTreeMap<String, String> = BTreeMap::new();
-    let mut unstamped = false;
-    let mut values = 0;
-    records::messages(bytes, broken, |message| {
+impl Bag {
+    /// Adds what is in a file of the bag; `name` is the file's, for errors.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for bytes that are no MCAP file, a message that cannot be read, or more values than are read.
+    pub fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), Error> {
+        let broken = |why: BrokenBag| Flaw::Bag(BagFlaw::Broken(why)).at(name);
+        records::messages(bytes, broken, |message| self.take(name, &message))
+    }
+
+    /// Adds a message, if it is a joint state.
+    fn take(&mut self, name: &str, message: &records::Message<'_>) -> Result<(), Error> {
         let channel = &message.channel;
         let schema = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
-        if !seen.contains_key(&channel.topic) {
-            seen.insert(channel.topic.clone(), schema.to_owned());
+        if !self.topics.contains_key(&channel.topic) {
+            self.topics.insert(channel.topic.clone(), schema.to_owned());
         }
         if schema != JOINT_STATE || channel.message_encoding != "cdr" {
             return Ok(());
@@ -113,7 +87,7 @@ fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<Str
         let time = if stamp > 0.0 {
             stamp
         } else {
-            unstamped = true;
+            self.is_unstamped = true;
             message.log_time as f64 * 1e-9
         };
         let stems = if is_command(&channel.topic) {
@@ -125,32 +99,88 @@ fn series(name: &str, bytes: &[u8]) -> Result<(BTreeMap<String, Series>, Vec<Str
         for (stem, list) in stems.into_iter().zip(lists) {
             for (joint, value) in state.name.iter().zip(list) {
                 if value.is_finite() {
-                    series.entry(format!("{stem}_{joint}")).or_default().push((time, *value));
-                    values += 1;
+                    let series = self.series.entry(format!("{stem}_{joint}")).or_default();
+                    series.push((time, *value));
+                    self.n_values += 1;
                 }
             }
         }
-        if values > MOST_VALUES { Err(too_much(name, values)) } else { Ok(()) }
-    })?;
-    if series.is_empty() {
-        let topics = seen.iter().map(|(topic, schema)| format!("{topic} ({schema})")).collect();
-        return Err(Flaw::Bag(BagFlaw::NoJointStates { wanted: JOINT_STATE, topics }).at(name));
+        if self.n_values > MOST_VALUES { Err(too_much(name, self.n_values)) } else { Ok(()) }
     }
-    let mut notes = Vec::new();
-    if unstamped {
-        notes.push(wording::without_stamp(name));
+
+    /// Makes one recording of it all; `name` is the bag's, the sidecar and the map are as for [`Recording::read`].
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for a bag without joint states, a column that the map renames and the bag does not have, or a sidecar
+    /// that is not one.
+    pub fn recording(
+        self,
+        name: &str,
+        sidecar: Option<(&str, &str)>,
+        map: &Map,
+    ) -> Result<Recording, Error> {
+        let sidecar = Sidecar::beside(sidecar)?;
+        let (series, mut notes) = self.in_order(name)?;
+        let headers: Vec<String> = series.keys().cloned().collect();
+        if let Some(theirs) = map.unused(&headers) {
+            let flaw = BagFlaw::NotRenamed { theirs: theirs.to_owned(), headers };
+            return Err(Flaw::Bag(flaw).at(name));
+        }
+        // The clock is that of the measured quantity with most samples; the others are read off at its times.
+        let measured = series.iter().filter(|(name, _)| !is_held(name));
+        let Some((_, clock)) = measured.max_by_key(|(_, samples)| samples.len()) else {
+            return Err(Flaw::Bag(BagFlaw::OnlyCommands).at(name));
+        };
+        let (begin, end) = overlap(&series);
+        let time: Vec<f64> =
+            clock.iter().map(|sample| sample.0).filter(|t| (begin..=end).contains(t)).collect();
+        if time.len() < 3 {
+            return Err(Flaw::Bag(BagFlaw::TooFewStates(time.len())).at(name));
+        }
+        // A topic that was heard once has a value at every time as well.
+        if time.len().saturating_mul(series.len()) > MOST_VALUES {
+            return Err(too_much(name, time.len() * series.len()));
+        }
+        let outside = clock.len() - time.len();
+        if outside > 0 {
+            notes.push(wording::not_every_topic(name, outside));
+        }
+        let columns = series.iter().map(|(header, samples)| {
+            let values = time.iter().map(|t| at(samples, *t, is_held(header))).collect();
+            let plain = units::Column { name: header.clone(), unit: None };
+            let (column, _) = map.apply(header, plain);
+            Column { name: column.name, unit: column.unit, values, bad: Vec::new(), n_bad: 0 }
+        });
+        let columns = columns.collect();
+        let first = time[0];
+        let time = time.into_iter().map(|t| t - first).collect();
+        Ok(Recording { name: name.into(), time, columns, sidecar, notes })
     }
-    let mut repeated = 0;
-    for samples in series.values_mut() {
-        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let before = samples.len();
-        samples.dedup_by(|later, earlier| later.0 <= earlier.0);
-        repeated = repeated.max(before - samples.len());
+
+    /// Returns every series with time increasing, and what was assumed or left out.
+    fn in_order(mut self, name: &str) -> Result<(BTreeMap<String, Series>, Vec<String>), Error> {
+        if self.series.is_empty() {
+            let told = |(topic, schema): (&String, &String)| format!("{topic} ({schema})");
+            let topics = self.topics.iter().map(told).collect();
+            return Err(Flaw::Bag(BagFlaw::NoJointStates { wanted: JOINT_STATE, topics }).at(name));
+        }
+        let mut notes = Vec::new();
+        if self.is_unstamped {
+            notes.push(wording::without_stamp(name));
+        }
+        let mut repeated = 0;
+        for samples in self.series.values_mut() {
+            samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let before = samples.len();
+            samples.dedup_by(|later, earlier| later.0 <= earlier.0);
+            repeated = repeated.max(before - samples.len());
+        }
+        if repeated > 0 {
+            notes.push(wording::messages_repeat(name, repeated));
+        }
+        Ok((self.series, notes))
     }
-    if repeated > 0 {
-        notes.push(wording::messages_repeat(name, repeated));
-    }
-    Ok((series, notes))
 }
 
 /// Returns whether a topic holds what was asked of the arm rather than what it did.

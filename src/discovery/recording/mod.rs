@@ -1,7 +1,7 @@
 //! A recording: columns over time in SI, with what is known of the machine that made it.
 //!
 //! [`Recording::read`] takes the text of a CSV file and of the sidecar beside it, `Recording::read_bag` a
-//! ROS 2 bag (feature `bags`); [`map`] renames columns.
+//! ROS 2 bag, `Bag` one in several files (feature `bags`); [`map`] renames columns.
 //! What is wrong with a file is an error that says which line and which column and what would help. A
 //! column nobody asks for may hold anything: its bad cells are told only by [`Recording::column`].
 //! Files are opened by the caller.
@@ -23,6 +23,8 @@ use std::collections::BTreeSet;
 
 use crate::units::Dimension;
 
+#[cfg(feature = "bags")]
+pub use bag::Bag;
 pub use columns::{BadCell, Column, Recording, Segment};
 use columns::{FINEST, LATEST, MOST_VALUES, too_much};
 pub use error::{BagFlaw, BrokenBag, BrokenMessage, Error, Flaw, MapFlaw, SidecarFlaw};
@@ -70,7 +72,7 @@ impl Recording {
         table::read(name, csv, &Sidecar::beside(sidecar)?, map)
     }
 
-    /// Reads the joint states of a ROS 2 bag in MCAP, `q_NAME`, `dq_NAME`, `tau_NAME` for every joint by the
+    /// Reads the joint states of a ROS 2 bag in one MCAP file, `q_NAME`, `dq_NAME`, `tau_NAME` for every joint by the
     /// bag's name; topics that speak of a command give `q_cmd_NAME`. The sidecar and the map are as for
     /// [`Self::read`].
     ///
@@ -85,7 +87,9 @@ impl Recording {
         sidecar: Option<(&str, &str)>,
         map: &Map,
     ) -> Result<Self, Error> {
-        bag::read(name, bytes, Sidecar::beside(sidecar)?, map)
+        let mut bag = Bag::default();
+        bag.add(name, bytes)?;
+        bag.recording(name, sidecar, map)
     }
 
     /// Gives columns that bear a joint's name the joint's number: `q_elbow` becomes `q_3` if `elbow` is the
