@@ -204,8 +204,11 @@ pub fn main() -> ExitCode {
     };
     let common = &cli.shared.common;
     let style = Style::detect(common.json, common.quiet, common.verbose);
-    for note in offered::without_effect(&command, &matches) {
-        style.note(&note);
+    // Of a robot that does not exist is told what is wrong with it, and not also that it is not used.
+    if arm::at(&cli.shared.cell.robot).is_ok() {
+        for note in offered::without_effect(&command, &matches) {
+            style.note(&note);
+        }
     }
     let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&cli, style)));
     let outcome =
@@ -244,7 +247,11 @@ fn dispatch(cli: &Cli, style: Style) -> Result<Exit, Failure> {
             .help("give it to the prompt, to `-c LINE`, or after `run FILE`"));
     }
     // A robot that does not exist is wrong whether or not the command would use it.
-    arm::at(&shared.cell.robot)?;
+    let robot = &shared.cell.robot;
+    arm::at(robot).map_err(|failure| match &cli.command {
+        Some(Command::Gap(_)) => arm::of_recordings(robot, failure),
+        _ => failure,
+    })?;
     match (&cli.command, &cli.line) {
         (Some(Command::Run(args)), _) => run::script(args, shared, style),
         (Some(Command::New(args)), _) => new::new(args, style),

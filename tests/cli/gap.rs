@@ -205,6 +205,18 @@ fn mistakes_are_told_with_their_place() {
     }
 }
 
+/// It was told that there is no such robot, after a note that the option does nothing, and to name it otherwise last.
+#[test]
+fn a_robots_file_under_the_wrong_option_is_told_under_which_once() {
+    let scratch = Scratch::new("cli-gap-robot");
+    let said = scratch.trueup(&["gap", "walk.csv", "--robot", "arm.urdf"]);
+    assert_eq!(said.code, 2, "{said:?}");
+    assert!(said.err.starts_with("error: `gap` runs on no arm"), "{}", said.err);
+    assert_eq!(said.err.matches("`--robot-file arm.urdf`").count(), 1, "{}", said.err);
+    let said = scratch.trueup(&["run", "a.task", "--robot", "arm.urdf"]);
+    assert!(said.err.contains("there is no robot `arm.urdf`"), "{}", said.err);
+}
+
 /// The folder that `ros2 bag record` writes was refused, as no run, and so was the sidecar beside it.
 #[test]
 fn the_folder_of_a_bag_is_one_recording_with_its_sidecar_beside_it() {
