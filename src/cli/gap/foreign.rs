@@ -140,7 +140,9 @@ impl Form {
             Self::Zstd => format!("unpack it with `zstd -d {from}`"),
             Self::Bzip2 => format!("unpack it with `bunzip2 -k {from}`"),
             Self::Xz => format!("unpack it with `unxz -k {from}`"),
-            Self::Utf16 => format!("`iconv -f UTF-16 -t UTF-8 {from}` writes it in UTF-8"),
+            Self::Utf16 => {
+                format!("`iconv -f UTF-16 -t UTF-8 {from} > {bare}_utf8.csv` writes it in UTF-8")
+            }
         }
     }
 }
