@@ -129,7 +129,21 @@ pub fn investigate(
     search.best = question.determined(search.best.clone(), &mut notes);
     let is_noise = question.is_noise(&search.best);
     let formula = if is_noise { None } else { question.unnamed(&mut search) };
-    let report =
-        Report { path, text, question: &question, search: &search, is_noise, formula, notes };
+    // Where more than noise is left, what a number is worth is another matter.
+    let undetermined = if is_noise {
+        question.undetermined(&search.nominal.fitted.compiled, &search.best)
+    } else {
+        Vec::new()
+    };
+    let report = Report {
+        path,
+        text,
+        question: &question,
+        search: &search,
+        is_noise,
+        formula,
+        undetermined,
+        notes,
+    };
     Ok(report.outcome())
 }

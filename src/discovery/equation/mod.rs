@@ -34,6 +34,7 @@ mod linear;
 mod features;
 pub mod unknown;
 mod power;
+mod profile;
 mod experiment;
 mod place;
 mod prepare;

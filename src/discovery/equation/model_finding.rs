@@ -32,6 +32,8 @@ pub(super) struct Report<'a> {
     pub(super) is_noise: bool,
     /// What explains the gap without a name, or fails to.
     pub(super) formula: Option<Formula>,
+    /// Parameters of the model as given that fit as well far from where they ended.
+    pub(super) undetermined: Vec<String>,
     pub(super) notes: Vec<String>,
 }
 
@@ -58,7 +60,13 @@ impl Report<'_> {
         if verdict == Verdict::Unknown && !effects.is_empty() {
             self.notes.push(wording::validity(&seen(self.question, shown)));
         }
-        let fitted = fitted(shown, &self.search.nominal);
+        let (open, fitted): (Vec<FittedParam>, Vec<FittedParam>) =
+            fitted(shown, &self.search.nominal)
+                .into_iter()
+                .partition(|param| self.undetermined.iter().any(|name| name == param.name));
+        if !open.is_empty() {
+            self.notes.push(wording::unexercised(&open, verdict == Verdict::NothingMissing));
+        }
         if !fitted.is_empty() {
             self.notes.push(wording::fitted(&fitted));
         }

@@ -141,6 +141,22 @@ pub(super) fn fitted(params: &[FittedParam]) -> String {
     format!("fitted to the recordings: {}", values.join(", "))
 }
 
+/// Which parameters fit as well far from where they ended, and whether sizes that would have been seen are told.
+pub(super) fn unexercised(params: &[FittedParam], are_sizes_told: bool) -> String {
+    let names: Vec<&str> = params.iter().map(|param| param.name).collect();
+    let ended = |FittedParam { name, value, unit, .. }: &FittedParam| {
+        with_unit(&format!("{name} = {}", significant(*value, 2)), unit)
+    };
+    let ended: Vec<String> = params.iter().map(ended).collect();
+    let hold = if are_sizes_told { "; the sizes that would have been seen hold there" } else { "" };
+    format!(
+        "the data do not determine {}: values far from where the fit ended ({}) leave as little; only a motion \
+         that exercises more would tell{hold}",
+        names.join(", "),
+        ended.join(", ")
+    )
+}
+
 /// A parameter that ran off without what is missing.
 pub(super) struct RanOff<'a> {
     pub(super) name: &'a str,
