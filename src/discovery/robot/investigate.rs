@@ -3,9 +3,11 @@
 use super::against::hints;
 use super::arm_finding::{answer, different, loaded, synonym};
 use super::channels::Quantity;
+use super::driven::driven_otherwise;
 use super::error::Misfit;
 use super::experiment::Experiment;
 use super::explain::ArmGap;
+use super::found::Found;
 use super::laid_out;
 use super::links::{self, Carried, Gain, Links, Turned};
 use super::places::places;
@@ -15,9 +17,7 @@ use super::wording;
 use crate::discovery::Investigation;
 use crate::discovery::finding::{SIGNIFICANT, Verdict, above_noise};
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{
-    self, Hypothesis, Options, Outcome, Residuals as _, Set, sum_of_squares,
-};
+use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set, sum_of_squares};
 use crate::discovery::why::whys;
 use crate::language::ast::EffectItem;
 use crate::motion::Robot;
@@ -239,7 +239,8 @@ fn investigated(
     }
     progress(wording::WRITING, 0.98);
     let is_estimated = train.iter().chain(heldout).any(has_no_noise);
-    let n_found = found.outcome.best.terms.len();
+    // More of what explains nothing is not looked for.
+    let n_found = if found.is_little(&gap) { 0 } else { found.outcome.best.terms.len() };
     Ok((told(gap, found, &names, options, robot, is_estimated, notes), n_found))
 }
 
@@ -285,8 +286,15 @@ fn told(
     noise_is_estimated: bool,
     mut notes: Vec<String>,
 ) -> Investigation {
+    let otherwise = driven_otherwise(&gap, &found.outcome.best);
+    if !otherwise.is_empty() {
+        notes.push(wording::another_controller(&otherwise));
+    }
     let (gap, found) = if found.is_worse(&gap) {
         notes.push(wording::not_borne_out());
+        found.without(gap)
+    } else if found.is_little(&gap) {
+        notes.push(wording::too_little_for_a_list(found.outcome.best.terms.len()));
         found.without(gap)
     } else {
         (gap, found)
@@ -334,46 +342,6 @@ fn bearing(gap: &mut ArmGap) -> Option<(Carried, bool)> {
         std::mem::swap(&mut gap.train, &mut gap.heldout);
     }
     None
-}
-
-/// What the search found, beside which numbers.
-struct Found {
-    outcome: Outcome<Term>,
-    fitted: Option<ArmGap>,
-    /// The links' numbers, where the file's are left.
-    own: Option<Links>,
-    /// The gap with the file's, then.
-    filed: Option<ArmGap>,
-}
-
-impl Found {
-    /// Returns the model as it was, with what it leaves.
-    fn as_it_was<'a>(&'a self, gap: &'a ArmGap) -> (&'a ArmGap, Hypothesis<Term>) {
-        let mut nothing = self.outcome.nothing.clone();
-        if let Some(filed) = &self.filed {
-            selection::judge(filed, &mut nothing);
-        }
-        (self.filed.as_ref().unwrap_or(gap), nothing)
-    }
-
-    /// Returns whether what was found leaves more than noise of the data that decided nothing, and more than the model as it was.
-    fn is_worse(&self, gap: &ArmGap) -> bool {
-        let (before, nothing) = self.as_it_was(gap);
-        let left = selection::split(gap, &self.outcome.best).heldout;
-        let rows = gap.count(selection::reported(gap));
-        let is_more = left > selection::split(before, &nothing).heldout;
-        is_more && above_noise(left.powi(2) * rows as f64, rows) > SIGNIFICANT
-    }
-
-    /// Returns the model as it was with nothing found.
-    fn without(self, gap: ArmGap) -> (ArmGap, Self) {
-        let (_, nothing) = self.as_it_was(&gap);
-        let gap = self.filed.unwrap_or(gap);
-        let fitted = gap.is_along().then(|| gap.for_search());
-        let (without, rivals, stability) = (Vec::new(), Vec::new(), Vec::new());
-        let outcome = Outcome { best: nothing.clone(), nothing, without, rivals, stability };
-        (gap, Self { outcome, fitted, own: None, filed: None })
-    }
 }
 
 /// Searches with the numbers that fit the recordings, which `gap` has from then on.

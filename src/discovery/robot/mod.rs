@@ -20,6 +20,8 @@ pub mod explain;
 pub mod wording;
 pub mod known;
 pub mod experiment;
+mod driven;
+mod found;
 pub mod investigate;
 pub mod load;
 mod against;

@@ -111,6 +111,26 @@ pub(super) fn not_borne_out() -> String {
     "what explains the data fitted leaves more of those held out than the model as it was, so none of it is told".into()
 }
 
+/// That so many effects, which take next to nothing of the gap, are not told.
+pub(super) fn too_little_for_a_list(n_effects: usize) -> String {
+    format!(
+        "{n_effects} effects that together take less than a tenth of the gap on data held out, noise taken out, are no list of what \
+         is missing, so none of them is told"
+    )
+}
+
+/// At which joints, from 0, the arm follows its commands as the controller does not make it.
+pub(super) fn another_controller(joints: &[usize]) -> String {
+    let joints: Vec<String> = joints.iter().map(|joint| format!("joint_{}", joint + 1)).collect();
+    format!(
+        "{}: the arm follows its commands otherwise than the controller of the sidecar makes it, as if the drive and its sensor were \
+         off by the same factor, or rotors lighter than known; that is how another controller looks: larger gains, or speed, \
+         acceleration or torque fed forward. Check `controller`; without it in the sidecar the motion is taken as measured, and \
+         torques are judged along it",
+        joints.join(", ")
+    )
+}
+
 /// That nobody knows how the arm is driven.
 pub(super) fn no_controller(recording: &str) -> String {
     format!(
