@@ -189,6 +189,9 @@ fn a_sidecar_that_cannot_be_is_refused() {
     let known = r#"{"noise": {"tau_nm": [0.1, 0.2], "q_rad": 1e-4}, "colour": "red"}"#;
     let r = read_with(csv, Some(known), "").unwrap();
     assert_eq!(r.sidecar.noise.tau_nm.unwrap().of(1), Some(0.2));
+    let turned = r#"{"torque_constant_nm_per_a": [11.6, -11.6]}"#;
+    let r = read_with(csv, Some(turned), "").unwrap();
+    assert_eq!(r.sidecar.torque_constant.unwrap().of(1), Some(-11.6));
 }
 
 #[test]

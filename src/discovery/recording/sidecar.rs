@@ -113,7 +113,7 @@ pub struct Sidecar {
     pub armature: Vec<f64>,
     /// Zeros of the encoders that are known: real angle less the reported one, rad, a joint each; none for none.
     pub zero_offset: Vec<f64>,
-    /// What each drive turns an ampere into, N·m at the joint.
+    /// What each drive turns an ampere into, N·m at the joint; below 0 where its current counts the other way.
     pub torque_constant: Option<PerChannel>,
     /// The controller, if known.
     pub controller: Option<Controller>,
@@ -264,7 +264,6 @@ impl Sidecar {
             ("noise.tau_nm", &raw.noise.tau_nm),
             ("noise.tcp_m", &raw.noise.tcp_m),
             ("armature_kg_m2", &raw.armature_kg_m2),
-            ("torque_constant_nm_per_a", &raw.torque_constant_nm_per_a),
         ];
         for (key, level) in levels {
             let values = level.as_ref().map_or(&[][..], PerChannel::values);

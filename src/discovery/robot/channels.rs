@@ -84,6 +84,8 @@ pub struct Data {
     pub notes: Vec<Note>,
     /// Whether the torques were measured as currents, without the constants of the drives.
     pub are_currents: bool,
+    /// Whether the torques were measured as currents at all.
+    pub of_currents: bool,
 }
 
 impl Data {
@@ -189,8 +191,9 @@ impl Data {
             return Err(missing.at(format!("{}:1", recording.name)));
         }
         let time = recording.time.clone();
-        let are_currents = currents.is_some() && constants.is_none();
-        Ok(Self { n, time, commands, channels, notes: Vec::new(), are_currents })
+        let of_currents = currents.is_some();
+        let are_currents = of_currents && constants.is_none();
+        Ok(Self { n, time, commands, channels, notes: Vec::new(), are_currents, of_currents })
     }
 
     /// Leaves out torques, speeds or a tip that never change while the arm moves: some loggers write zeros for

@@ -30,8 +30,9 @@ fn constants(models: &[&Model], place: &str) -> Result<Vec<Option<f64>>, Error> 
     let n = models.first().map_or(0, |model| model.arm.chain.n());
     let fitted: Vec<(f64, f64)> = (0..n).map(|joint| fit(models, joint)).collect();
     let sure = |(value, std): &(f64, f64)| *std < KNOWN * value.abs();
-    if let Some(joint) = fitted.iter().position(|k| sure(k) && k.0 < 0.0) {
-        return Err(Misfit::CurrentAgainst { joint }.at(place));
+    let joints: Vec<usize> = (0..n).filter(|j| sure(&fitted[*j]) && fitted[*j].0 < 0.0).collect();
+    if !joints.is_empty() {
+        return Err(Misfit::CurrentsAgainst { joints }.at(place));
     }
     if !fitted.iter().any(sure) {
         return Err(Misfit::CurrentsUnrelated.at(place));

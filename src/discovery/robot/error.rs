@@ -171,12 +171,18 @@ pub enum Misfit {
         reach: f64,
     },
     /// All torques are the same multiple of what the model needs.
-    #[error("the torques of {same} joints are about {} times what the model needs", significant(*.ratio, 2))]
+    #[error(
+        "the {} of {same} joints are about {} times what the model needs",
+        if *.of_currents { "currents times `torque_constant_nm_per_a`" } else { "torques" },
+        significant(*.ratio, 2)
+    )]
     TorquesScaled {
         /// Of how many joints.
         same: usize,
         /// Which multiple.
         ratio: f64,
+        /// Whether they are currents times what the sidecar says an ampere is worth.
+        of_currents: bool,
     },
     /// The weight of the arm is not in the torques.
     #[error("the torques of {joints} joints are those of an arm without weight")]
@@ -236,11 +242,11 @@ pub enum Misfit {
         /// How long those fitted are, s.
         seconds: f64,
     },
-    /// A current has the wrong sign.
-    #[error("the current of joint {} runs against what the arm needs", .joint + 1)]
-    CurrentAgainst {
-        /// Which joint.
-        joint: usize,
+    /// Currents have the wrong sign.
+    #[error("{} against what the arm needs", currents_run(.joints))]
+    CurrentsAgainst {
+        /// Of which joints.
+        joints: Vec<usize>,
     },
     /// Currents say nothing of torques.
     #[error(
@@ -354,6 +360,17 @@ fn run_against(joints: &[usize]) -> String {
     }
 }
 
+/// Says that the currents of joints, from 0, run.
+fn currents_run(joints: &[usize]) -> String {
+    let numbers: Vec<String> = joints.iter().map(|joint| (joint + 1).to_string()).collect();
+    match numbers.split_last() {
+        Some((last, others)) if !others.is_empty() => {
+            format!("the currents of joints {} and {last} run", others.join(", "))
+        }
+        _ => format!("the current of joint {} runs", numbers.concat()),
+    }
+}
+
 /// Two columns that say the same of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pair {
@@ -396,8 +413,15 @@ impl Pair {
 }
 
 /// What to do about torques that run against what the arm needs.
-const TURN: &str =
-    "turn their sign: a torque is positive when the motor drives its joint to larger angles";
+const TURN: &str = "turn their sign: a torque is positive when the motor drives its joint to larger \
+                    angles; of motor currents that count the other way write a minus before the \
+                    joint's constant in the sidecar's `torque_constant_nm_per_a`";
+
+/// What to do about currents that run against what the arm needs.
+const TURN_CURRENTS: &str = "turn their sign in the file: a current is positive when the motor drives \
+                             its joint to larger angles; or say in the sidecar what every ampere is \
+                             worth, with a minus where it counts the other way: \
+                             `\"torque_constant_nm_per_a\": [11.6, -11.6, …]`";
 
 impl Misfit {
     /// Says that a search among motions ended with `why`.
@@ -492,12 +516,18 @@ impl Misfit {
                 "record for longer: every joint has to turn both ways, slowly and fast, several times in the part that is fitted; \
                  a second recording may be held out"
             }
+            Self::TorquesScaled { ratio, of_currents: true, .. } => {
+                return Cow::Owned(format!(
+                    "`torque_constant_nm_per_a` is N·m at the joint for each ampere: the motor's own constant times the ratio of \
+                     the gear, which would be about {} times what the sidecar says; if the currents are in another unit, say so \
+                     in the header, such as `current_1[mA]`",
+                    significant(1.0 / ratio, 2)
+                ));
+            }
             Self::TorquesScaled { .. } => {
                 "say their unit in the header, such as `tau_1[mN*m]`, or name the arm with `--robot-file`"
             }
-            Self::CurrentAgainst { .. } => {
-                "turn its sign: a current is positive when the motor drives its joint to larger angles"
-            }
+            Self::CurrentsAgainst { .. } => TURN_CURRENTS,
             Self::CurrentsUnrelated | Self::CurrentsAtRest => {
                 "say it in the sidecar: `\"torque_constant_nm_per_a\": [11.6, …]`, N·m at the joint"
             }
@@ -533,5 +563,17 @@ mod tests {
         assert_eq!(other.to_string(), "`q_1` follows `q_cmd_3`, not `q_cmd_1`");
         let help = scaled.help();
         assert!(help.contains("such as `dq_1[deg/s]` or `t[ms]`, or give it"), "{help}");
+    }
+
+    #[test]
+    fn currents_are_told_by_their_joints_and_by_what_an_ampere_would_be_worth() {
+        let of = |joints: &[usize]| Misfit::CurrentsAgainst { joints: joints.to_vec() }.to_string();
+        assert_eq!(of(&[1]), "the current of joint 2 runs against what the arm needs");
+        assert_eq!(of(&[1, 4]), "the currents of joints 2 and 5 run against what the arm needs");
+        // The constant of the motor, its gear forgotten.
+        let scaled = |of_currents| Misfit::TorquesScaled { same: 5, ratio: 0.01, of_currents };
+        let help = scaled(true).help();
+        assert!(help.contains("ratio of the gear") && help.contains("about 100 times"), "{help}");
+        assert!(scaled(false).help().contains("`tau_1[mN*m]`"));
     }
 }

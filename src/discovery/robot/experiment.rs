@@ -138,6 +138,7 @@ fn difference(like: &Model, commands: &[Vec<f64>], rivals: [&Hypothesis<Term>; 2
         channels,
         notes: Vec::new(),
         are_currents: false,
+        of_currents: false,
     };
     let model = Model::new(like.arm.clone(), Course::new(&like.arm, data), Vec::new());
     let [first, second] = rivals;

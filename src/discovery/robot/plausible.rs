@@ -264,7 +264,8 @@ pub(super) fn check_torques(
     let scaled = torques_scaled(model);
     let is_turned = matches!(scaled, Some(Misfit::TorquesScaled { ratio, .. }) if ratio < 0.0);
     let wrong = if is_turned { otherwise.or(scaled) } else { scaled.or(otherwise) };
-    wrong.map_or(Ok(()), |misfit| Err(misfit.at(format!("{name}, columns `tau_n`"))))
+    let columns = if model.course.data.of_currents { "currents" } else { "columns `tau_n`" };
+    wrong.map_or(Ok(()), |misfit| Err(misfit.at(format!("{name}, {columns}"))))
 }
 
 /// Returns which multiple of what the model needs the torques of several joints are, if they are.
@@ -280,7 +281,7 @@ fn torques_scaled(model: &Model) -> Option<Misfit> {
         multiple(needed, &channel.values, &speed, channel.noise)
     });
     let (same, ratio) = scaled(multiples.collect(), course.data.n)?;
-    Some(Misfit::TorquesScaled { same, ratio })
+    Some(Misfit::TorquesScaled { same, ratio, of_currents: course.data.of_currents })
 }
 
 /// Returns which multiple of what a joint needs its torque sensor shows, if it follows that and stands out of its noise: beside
