@@ -354,8 +354,10 @@ fn estimates_of(gap: &ArmGap, h: &Hypothesis<Term>, at: usize) -> Vec<ParameterE
     let before: usize = h.terms[..at].iter().map(|term| term.law.specs().len()).sum();
     let from = gap.nuisance().len() + before;
     let count = h.terms[at].law.specs().len();
-    let covariance = h.covariance.view((from, from), (count, count)).into_owned();
-    estimates::estimates(&h.terms[at], &h.parameters[from..from + count], &covariance, &gap.things)
+    let (term, own) = (&h.terms[at], &h.parameters[from..from + count]);
+    let covariance =
+        h.covariance.view((from, from), (count, count)) + gap.drives.covariance(term, own);
+    estimates::estimates(term, own, &covariance, &gap.things)
 }
 
 fn parameters(name: &str, estimates: &[ParameterEstimate]) -> BTreeMap<String, Parameter> {

@@ -2,6 +2,7 @@
 
 use super::candidates::candidates;
 use super::channels::{Channel, Quantity};
+use super::currents::Drives;
 use super::links::Links;
 use super::links::body::NUMBERS;
 use super::load::Thing;
@@ -27,6 +28,8 @@ pub struct ArmGap {
     /// What is not missing any more, since its links are as the recordings have them: none is heavier, and where no load was
     /// needed beside them there is none.
     pub settled: Vec<Law>,
+    /// What the drives turn an ampere into, where torques were measured as currents.
+    pub(super) drives: Drives,
 }
 
 /// Effects with their parameters, and the simulation's own, as they act on a model.
@@ -101,6 +104,7 @@ impl ArmGap {
             things: self.things.clone(),
             unexplained: Default::default(),
             settled: Vec::new(),
+            drives: self.drives.clone(),
         }
     }
 
@@ -155,6 +159,7 @@ impl ArmGap {
             things: self.things.clone(),
             unexplained: self.unexplained.clone(),
             settled: self.settled.clone(),
+            drives: self.drives.clone(),
         }
     }
 

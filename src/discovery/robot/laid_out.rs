@@ -35,7 +35,8 @@ pub(super) fn gap(
     let mut models = models(robot, &things, train, heldout, &mut notes)?;
     notes.dedup();
     let place = train.first().map_or("", |recording| &recording.name);
-    notes.extend(currents::turned(&mut models, train.len(), place)?);
+    let drives = currents::turned(&mut models, train.len(), place)?;
+    notes.extend(drives.note());
     for (model, recording) in models.iter().zip(train.iter().chain(heldout)) {
         plausible::check_torques(model, gravity::other(model), &recording.name)?;
     }
@@ -48,6 +49,7 @@ pub(super) fn gap(
         things,
         unexplained: Default::default(),
         settled: Vec::new(),
+        drives,
     };
     if gap.count(Set::Train) == 0 || gap.count(Set::Heldout) == 0 {
         return Err(Misfit::NothingPredicted.at(place));

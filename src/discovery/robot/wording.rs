@@ -52,15 +52,25 @@ pub(super) fn depends_on(channel: &str, state: &str, part: f64) -> String {
     )
 }
 
-/// What the drives turn an ampere into, N·m/A, joint by joint; `None` where the motion does not tell.
-pub(super) fn currents(constants: &[Option<f64>]) -> String {
-    let estimates =
-        |k: &Option<f64>| k.map_or_else(|| "not told".to_owned(), |k| significant(k, 3));
-    let estimates: Vec<String> = constants.iter().map(estimates).collect();
+/// What the drives turn an ampere into with one standard deviation, N·m/A, joint by joint, `None` where the motion does not tell;
+/// and how heavy what they all bore was, kg.
+pub(super) fn currents(constants: &[Option<(f64, f64)>], load: Option<(f64, f64)>) -> String {
+    let told =
+        |(value, std): (f64, f64)| format!("{} ± {}", significant(value, 3), significant(std, 1));
+    let each = constants.iter().map(|k| k.map_or_else(|| "not told".to_owned(), told));
+    let each: Vec<String> = each.collect();
+    let beside = load.map_or_else(String::new, |mass| {
+        format!("beside a load of {} kg that all joints bear, ", told(mass))
+    });
+    let open = if constants.contains(&None) {
+        "; where it is not told nothing is said of the joint: friction, a rotor and the constant may all be larger there"
+    } else {
+        ""
+    };
     format!(
-        "torques are currents: what the drives turn an ampere into is fitted to the arm's file, joint by joint {} N·m/A; what it is \
-         off by, every torque here is (`torque_constant_nm_per_a` in the sidecar says it)",
-        estimates.join(", ")
+        "torques are currents: what the drives turn an ampere into is fitted to the arm's file, {beside}joint by joint {} N·m/A; \
+         what it is off by, every torque here is (`torque_constant_nm_per_a` in the sidecar says it){open}",
+        each.join(", ")
     )
 }
 
