@@ -11,6 +11,7 @@ mod follow;
 mod grasp;
 mod grip;
 mod hollow;
+mod level;
 mod no_path;
 mod place;
 mod pour;

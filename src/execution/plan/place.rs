@@ -11,7 +11,6 @@ use crate::world::region::{self, Bearer, TABLE};
 use crate::world::{self as scene, Point, Pose, Region, Unknown, support};
 
 use super::super::wording;
-use super::follow::distance;
 use super::grasp::LIFT;
 use super::hollow;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, UNKNOWN, Why, straight};
@@ -53,8 +52,6 @@ const MEANT: usize = 4;
 /// calibrated arm is off by 2 to 4 mm (`docs/results.md`). Chosen: with none of it a wrist that passed a chest in the twin
 /// was stopped by it in the laboratory; more was not tried.
 const AT_WALLS: f64 = 0.004;
-/// What a way costs for each rad that the joint that turns most has to go, 1/rad: the unit of the others.
-const TRAVEL_COST: f64 = 1.0;
 /// What a rad of [`TURNS`] costs in that unit, 1/rad. Chosen: a turned hand costs less than a longer way, since it
 /// comes down as well. At twice it 40 deg weigh as much as 40 deg of travel; at half of it hardly more than the noise
 /// of travel among the places.
@@ -220,7 +217,7 @@ impl Planner {
                 let can_lift = |low: &Vec<f64>| self.track(low, &lift()).is_ok();
                 let is_lifted = !is_raised || way_down.last().is_some_and(can_lift);
                 n_lifted += usize::from(is_lifted);
-                let cost = TRAVEL_COST * distance(&way_down[0], &self.q)
+                let cost = self.travel(&way_down[0])
                     + TURN_COST * turn.abs()
                     + SHORT_COST * (1.0 - short)
                     + UNLIFTED_COST * f64::from(u8::from(!is_lifted));
@@ -246,8 +243,7 @@ impl Planner {
     }
 
     /// Follows the way `up`, m, from where a thing is let go and the way back from there, from that of some joint positions and by
-    /// that of [`SHORT`] which cost least of those for which both can be followed; out of a vessel all of the way up. Another branch
-    /// of the arm may lie where nothing held level comes, so a short way down on the near one is worth more than the whole on it.
+    /// that of [`SHORT`] which cost least of those for which both can be followed; out of a vessel all of the way up.
     fn up_and_back(
         &self,
         starts: &[Vec<f64>],
@@ -265,7 +261,7 @@ impl Planner {
         let mut best = None;
         let mut least = f64::INFINITY;
         for q_down in starts.iter().take(BRANCHES) {
-            let travel = TRAVEL_COST * distance(q_down, &self.q);
+            let travel = self.travel(q_down);
             if travel >= least {
                 continue;
             }
