@@ -173,9 +173,11 @@ impl<'a> Refine<'a> {
         six(&off(self.mount, &self.robot[row], &fitted.camera, &fitted.board, &seen))
     }
 
-    /// How long a residual is in standard deviations.
+    /// How long what a picture would be off by with a row of the table is, in standard deviations. What its corners leave open, the
+    /// distance most, lies in other directions of that row's flange than of its own.
     pub(super) fn length(&self, fitted: &Fitted, picture: usize, row: usize) -> f64 {
-        (fitted.whiten[picture] * self.against(fitted, picture, row)).norm()
+        let corners = self.corners(&fitted.from, &fitted.fit.x, picture, row);
+        (whitening(&corners, fitted.noise) * self.against(fitted, picture, row)).norm()
     }
 
     /// Fits; with `is_free` the size of the squares too.
@@ -255,30 +257,23 @@ impl<'a> Refine<'a> {
         x: &[f64],
         noise: Noise,
     ) -> Vec<Matrix6<f64>> {
-        let each = (0..self.robot.len()).map(|i| {
-            let mut covariance = self.corners(from, x, i);
-            for k in 0..3 {
-                covariance[(k, k)] += noise.rotation.powi(2);
-                covariance[(3 + k, 3 + k)] += noise.position.powi(2);
-            }
-            let lower = covariance.cholesky().map(|c| c.l());
-            lower.and_then(Matrix6::try_inverse).unwrap_or_else(Matrix6::identity)
-        });
+        let each = (0..self.robot.len()).map(|i| whitening(&self.corners(from, x, i, i), noise));
         each.collect()
     }
 
-    /// The part of a residual's covariance that comes from the corners.
+    /// The part that comes from the corners of the covariance of what a picture is off by with a row of the table.
     fn corners(
         &self,
         from: &(Isometry3<f64>, Isometry3<f64>, f64),
         x: &[f64],
         picture: usize,
+        row: usize,
     ) -> Matrix6<f64> {
         let (camera, board, scale) = moved(from, x);
         let sight = &self.sights[picture];
         let at = |change: Vector6<f64>| {
             let seen = sight.moved(&(sight.by_camera * self.change(x) + change), scale);
-            six(&off(self.mount, &self.robot[picture], &camera, &board, &seen))
+            six(&off(self.mount, &self.robot[row], &camera, &board, &seen))
         };
         // Central differences; a step of 1e-5 rad or m is far above rounding and far below any bend.
         let h = 1e-5;
@@ -294,14 +289,26 @@ impl<'a> Refine<'a> {
     /// The robot's noise, better known by the residuals.
     fn noise(&self, fitted: &Fitted) -> Noise {
         let used: Vec<usize> = (0..self.robot.len()).filter(|&i| fitted.is_used(i)).collect();
-        let of =
-            |&i: &usize| (self.residual(fitted, i), self.corners(&fitted.from, &fitted.fit.x, i));
+        let of = |&i: &usize| {
+            (self.residual(fitted, i), self.corners(&fitted.from, &fitted.fit.x, i, i))
+        };
         let pictures: Vec<_> = used.iter().map(of).collect();
         let n = 6.0 * used.len() as f64;
         // Camera and board take 12 of the residuals, the squares one more.
         let taken = if fitted.is_free { 13.0 } else { 12.0 };
         noise::better(&pictures, fitted.noise, (1.0 - taken / n).max(1.0 / n))
     }
+}
+
+/// What makes a residual six independent numbers of variance 1, from the corners' part of its covariance and the robot's noise.
+fn whitening(corners: &Matrix6<f64>, noise: Noise) -> Matrix6<f64> {
+    let mut covariance = *corners;
+    for k in 0..3 {
+        covariance[(k, k)] += noise.rotation.powi(2);
+        covariance[(3 + k, 3 + k)] += noise.position.powi(2);
+    }
+    let lower = covariance.cholesky().map(|c| c.l());
+    lower.and_then(Matrix6::try_inverse).unwrap_or_else(Matrix6::identity)
 }
 
 /// Independent directions of the camera's numbers, each one standard deviation long.
