@@ -290,7 +290,9 @@ fn a_table_is_read_in_each_form_and_other_readings_are_offered() {
         assert!((pose.origin() - Vector3::new(0.1, 0.2, 0.3)).norm() < 1e-12, "{text}");
         assert!(pose.rotation().angle_to(&turn) < 1e-9, "{text}");
         assert_eq!(table.files.is_some(), text.contains("a.png"));
-        assert!(table.readings().iter().any(|(reading, _)| *reading == Reading::Inverse));
+        let readings = table.readings();
+        let offers = |wanted: Reading| readings.iter().any(|(reading, _)| *reading == wanted);
+        assert!(offers(Reading::Inverse) && offers(Reading::Reversed), "{text}");
     }
     let wrong = |text: &str| Table::read(text).unwrap_err();
     assert!(matches!(

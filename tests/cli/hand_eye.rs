@@ -135,6 +135,14 @@ fn rendered_pictures_of_a_fixed_camera_and_what_its_table_gets_wrong() {
     let said = run("poses.csv", &["--json", "--camera", "wrist"]);
     assert!(said.error("help").contains("flange_from_base"), "{said:?}");
 
+    // The names stand in the reverse order of the poses.
+    let named = |(i, row): (usize, &String)| format!("{row},a{}.png", i + 1);
+    let reversed: Vec<String> = rows.iter().rev().enumerate().map(named).collect();
+    scratch.file("reversed.csv", table(&format!("{MM},file"), &reversed));
+    let said = run("reversed.csv", &["--json"]);
+    assert_eq!(said.error("code"), "align::poses", "{said:?}");
+    assert!(said.error("help").contains("in the reverse order of the pictures"), "{said:?}");
+
     // Turns in rad under a header in deg are too small to tell anything; so are those of a wrist that stood still.
     let row = |pose: &nalgebra::Isometry3<f64>, r: nalgebra::Vector3<f64>| {
         let t = pose.translation.vector * 1e3;

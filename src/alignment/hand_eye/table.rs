@@ -148,8 +148,8 @@ pub enum Reading {
     /// Three angles about axes that move along.
     #[error("its angles are about the moving x, then y, then z")]
     Moving,
-    /// Rows in the other order.
-    #[error("its rows are in the reverse order of the pictures")]
+    /// Poses in the other order.
+    #[error("its poses are in the reverse order of the pictures")]
     Reversed,
 }
 
@@ -275,9 +275,8 @@ impl Table {
                 all.push((Reading::Moving, each.collect()));
             }
         }
-        if self.files.is_none() {
-            all.push((Reading::Reversed, self.poses().into_iter().rev().collect()));
-        }
+        // Names can stand in the wrong order as rows can.
+        all.push((Reading::Reversed, self.poses().into_iter().rev().collect()));
         all
     }
 }
