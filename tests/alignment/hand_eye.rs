@@ -48,6 +48,31 @@ fn a_camera_on_the_wrist_and_a_fixed_one_are_found_and_told_apart() {
     }
 }
 
+/// Inverse poses make a camera on the wrist a fixed one, and the other way round: only where it would be is odd.
+#[test]
+fn inverse_poses_are_doubted_by_where_the_camera_would_be() {
+    for (mount, other) in [(Mount::Wrist, Mount::Fixed), (Mount::Fixed, Mount::Wrist)] {
+        let rig = Rig::new(mount, &all_sides(12));
+        let mut views = rig.views(&rig.board, 3);
+        let doubts = |views: &[View], said: Option<Mount>| {
+            let answer = solve(views, &exact(&rig), &options(rig.board, said)).unwrap();
+            let advice = answer.advice();
+            let is_inverse = |a: &&Advice| matches!(a, Advice::Inverse { .. });
+            (answer.mount, advice.iter().find(is_inverse).map(ToString::to_string))
+        };
+        assert_eq!(doubts(&views, None), (mount, None));
+        for view in &mut views {
+            view.base_from_flange = Pose::new(view.base_from_flange.isometry().inverse());
+        }
+        let (found, told) = doubts(&views, None);
+        assert_eq!(found, other);
+        let told = told.unwrap();
+        assert!(told.contains(&format!("say `--camera {}`", other.name())), "{told}");
+        // Who says where the camera is knows.
+        assert_eq!(doubts(&views, Some(other)), (other, None));
+    }
+}
+
 #[test]
 fn without_noise_nothing_is_left() {
     for mount in [Mount::Wrist, Mount::Fixed] {

@@ -11,6 +11,14 @@ use super::types::{HandEye, Mount, Noise, Square};
 pub enum Advice {
     /// The squares are of another size than was said.
     Square(Square),
+    /// The camera is where none would be, and mounted the other way with the poses inverted it would be where one is: `G X = Y B` of
+    /// a camera on the wrist is that of a fixed one with `G` inverted, so that no picture tells them apart.
+    Inverse {
+        /// Where the camera was found to be mounted.
+        mount: Mount,
+        /// Its distance from the origin of the frame that it is fixed to.
+        distance: f64,
+    },
     /// A picture that was left out.
     LeftOut {
         /// Its name.
@@ -60,6 +68,10 @@ const FEW: usize = 10;
 const UNSURE: f64 = 0.005;
 /// Poses that are worse than this are said to be, rad and m. Chosen: 0.2 deg and 1 mm, some times what makers of arms promise.
 const ROUGH: (f64, f64) = (3.5e-3, 1e-3);
+/// Nearer to the base's origin than this, m, is the arm itself, no fixed camera. Chosen: bases of arms are 0.1 to 0.2 m wide.
+const BASE: f64 = 0.2;
+/// No hand carries a camera farther from the flange than this, m. Chosen: cameras sit at 0.05 to 0.2 m.
+const HAND: f64 = 0.5;
 
 impl HandEye {
     /// Returns what is doubtful and what the next pictures should show, most important first.
@@ -68,6 +80,7 @@ impl HandEye {
         if self.square.is_wrong {
             advice.push(Advice::Square(self.square));
         }
+        advice.extend(self.inverse());
         for view in self.views.iter().filter(|v| !v.is_used) {
             advice.push(Advice::LeftOut {
                 picture: view.name.clone(),
@@ -94,12 +107,23 @@ impl HandEye {
         }
         advice
     }
+
+    /// Whether the poses seem to be inverted, if nobody said where the camera is.
+    fn inverse(&self) -> Option<Advice> {
+        let is_tried = self.other_mount.is_some();
+        let distance = self.camera.pose.translation.vector.norm();
+        let is_odd = match self.mount {
+            Mount::Wrist => distance > HAND,
+            Mount::Fixed => distance < BASE,
+        };
+        (is_tried && is_odd).then_some(Advice::Inverse { mount: self.mount, distance })
+    }
 }
 
 impl Advice {
     /// Returns whether the calibration should not be used before this is mended.
     pub fn is_warning(&self) -> bool {
-        matches!(self, Self::Square(_) | Self::LeftOut { .. })
+        matches!(self, Self::Square(_) | Self::Inverse { .. } | Self::LeftOut { .. })
     }
 }
 
@@ -116,6 +140,20 @@ impl fmt::Display for Advice {
                 1e3 * square.said,
                 100.0 * (square.said / square.measured - 1.0).abs()
             ),
+            Self::Inverse { mount, distance } => {
+                let (odd, other) = match mount {
+                    Mount::Wrist => ("farther than a hand carries one", "a fixed camera"),
+                    Mount::Fixed => ("where the arm itself stands", "a camera on the wrist"),
+                };
+                write!(
+                    f,
+                    "the camera is {:.0} mm from the origin of the {}, {odd}; {other} and a table of inverse poses \
+                     (flange_from_base) look the same. If it is there say `--camera {}`, otherwise invert the poses",
+                    1e3 * distance,
+                    mount.carrier(),
+                    mount.name()
+                )
+            }
             Self::LeftOut { picture, rotation, position, row_of } => {
                 write!(
                     f,
