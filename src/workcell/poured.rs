@@ -134,7 +134,8 @@ pub fn pour(
         borne_kg: weighed::borne(arm, robot, grasp.interval_s, turn.interval_s[0]),
     });
     let time = arm.time[rows].to_vec();
-    Ok(Some(Recording { name: arm.name.clone(), time, columns, sidecar, notes: arm.notes.clone() }))
+    let (name, notes) = (arm.name.clone(), arm.notes.clone());
+    Ok(Some(Recording { name, time, lines: Vec::new(), columns, sidecar, notes }))
 }
 
 /// Returns the vessel on the scale whose reading a run recorded: of records that do not say, the usual one.

@@ -13,6 +13,7 @@ mod pour;
 mod recordings;
 mod secrecy;
 mod thick;
+mod unread;
 
 use std::path::PathBuf;
 

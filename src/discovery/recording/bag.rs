@@ -155,7 +155,7 @@ impl Bag {
         let columns = columns.collect();
         let first = time[0];
         let time = time.into_iter().map(|t| t - first).collect();
-        Ok(Recording { name: name.into(), time, columns, sidecar, notes })
+        Ok(Recording { name: name.into(), time, lines: Vec::new(), columns, sidecar, notes })
     }
 
     /// Returns every series with time increasing, and what was assumed or left out.

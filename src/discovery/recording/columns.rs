@@ -61,6 +61,8 @@ pub struct Recording {
     pub name: String,
     /// When each row was taken, s; strictly increasing.
     pub time: Vec<f64>,
+    /// The line of each row in its file; empty where it came from none with lines.
+    pub lines: Vec<usize>,
     /// Every column but time, in the file's order.
     pub columns: Vec<Column>,
     /// What is known of the machine.

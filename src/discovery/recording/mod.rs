@@ -259,6 +259,7 @@ impl Recording {
         Some(Self {
             name: self.name.clone(),
             time: cut(&self.time),
+            lines: self.lines.iter().take(end).step_by(every).copied().collect(),
             columns: columns.collect(),
             sidecar: self.sidecar.clone(),
             notes,
@@ -287,6 +288,7 @@ impl Recording {
             Self {
                 name: format!("{} ({what})", self.name),
                 time: self.time[from..to].to_vec(),
+                lines: self.lines.iter().take(to).skip(from).copied().collect(),
                 columns: columns.collect(),
                 sidecar: self.sidecar.clone(),
                 notes: Vec::new(),

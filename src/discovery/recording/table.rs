@@ -157,7 +157,8 @@ fn one(
         return Err(Flaw::TooFewDiffer(time.len()).at(name));
     }
     let columns = columns.into_iter().map(|c| Column { values: kept(&c.values), ..c }).collect();
-    told(Recording { name: name.into(), time, columns, sidecar: sidecar.clone(), notes })
+    let lines = lines.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(line, _)| *line).collect();
+    told(Recording { name: name.into(), time, lines, columns, sidecar: sidecar.clone(), notes })
 }
 
 /// Fewest rows of a run before its clock starts again: fewer are rows in disorder.

@@ -8,6 +8,7 @@ use super::super::recording::{Error, Recording, noise, sidecar::PerChannel};
 use super::error::Misfit;
 use super::note::Note;
 use super::rows;
+use crate::motion::robot::JointLimits;
 
 /// What a channel measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -59,6 +60,8 @@ pub struct Channel {
     pub values: Vec<f64>,
     /// Standard deviation of the noise, SI; 0 of a torque sensor that never changes, until all recordings are read.
     pub noise: f64,
+    /// Rows at which it was not read: they have values from those around, and are not judged. Empty where it was read in every row.
+    pub unread: Vec<bool>,
 }
 
 impl Channel {
@@ -89,15 +92,16 @@ pub struct Data {
 }
 
 impl Data {
-    /// Takes an arm's channels out of a recording.
+    /// Takes an arm's channels out of a recording; `limits` are those of its `n` joints.
     ///
     /// # Errors
     ///
     /// [`Error`] for a group of columns that is not complete, a cell that is not a number, a wrong
     /// unit, or a recording that holds nothing of an arm.
-    pub fn new(recording: &Recording, n: usize) -> Result<Self, Error> {
+    pub fn new(recording: &Recording, n: usize, limits: &[JointLimits]) -> Result<Self, Error> {
         let mut data = Self::columns(recording, n, true)?;
         data.drop_unmeasured(&recording.name);
+        data.leave_out_wild(recording, limits);
         data.drop_repeats(&recording.name);
         data.set_clock(&recording.name);
         data.estimate_noise();
@@ -223,10 +227,12 @@ impl Data {
         if repeats == 0 {
             return;
         }
+        for unread in self.channels.iter_mut().map(|channel| &mut channel.unread) {
+            keep(unread, &fresh);
+        }
         let measured = self.channels.iter_mut().map(|channel| &mut channel.values);
         for values in measured.chain(&mut self.commands).chain([&mut self.time]) {
-            let mut is_new = fresh.iter();
-            values.retain(|_| *is_new.next().unwrap_or(&true));
+            keep(values, &fresh);
         }
         self.notes.push(Note::Repeats { recording: name.into(), repeats, rows });
     }
@@ -253,7 +259,8 @@ impl Data {
                 Quantity::Position => noise::estimate_of_motion,
                 _ => noise::estimate,
             };
-            let noise = estimate(&self.time, &channel.values);
+            let (time, values) = channel.readings(&self.time);
+            let noise = estimate(&time, &values);
             channel.noise = noise.max(scale * 1e-6).max(1e-9);
         }
     }
@@ -326,7 +333,13 @@ fn channel(
 ) -> Channel {
     // 0 stands for a noise that is not known yet.
     let noise = level.and_then(|level| level.of(index)).unwrap_or(0.0);
-    Channel { quantity, index, name, values, noise }
+    Channel { quantity, index, name, values, noise, unread: Vec::new() }
+}
+
+/// Keeps the rows that are to be kept; of a list without rows there are none to keep.
+fn keep<T>(values: &mut Vec<T>, is_kept: &[bool]) {
+    let mut is_kept = is_kept.iter();
+    values.retain(|_| *is_kept.next().unwrap_or(&true));
 }
 
 /// Takes jumps of a whole turn out of an angle.

@@ -58,12 +58,13 @@ impl Sizes {
         for (at, channel) in predicted.enumerate() {
             let judged = model.course.first_row..model.course.last_row;
             let left = &left[at * rows..(at + 1) * rows][judged.clone()];
-            let values = &channel.values[judged];
+            let read = judged.filter(|row| channel.is_read(*row));
+            let values: Vec<f64> = read.map(|row| channel.values[row]).collect();
             let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
             found.left += sum_of_squares(left);
             found.signal +=
                 values.iter().map(|v| ((v - mean) / channel.noise).powi(2)).sum::<f64>();
-            found.rows += left.len();
+            found.rows += values.len();
             let length = left.len().div_ceil(PARTS).max(1);
             for (sum, part) in parts.iter_mut().zip(left.chunks(length)) {
                 *sum += sum_of_squares(part);

@@ -129,7 +129,7 @@ fn difference(like: &Model, commands: &[Vec<f64>], rivals: [&Hypothesis<Term>; 2
         .data
         .channels
         .iter()
-        .map(|channel| Channel { values: vec![0.0; rows], ..channel.clone() })
+        .map(|channel| Channel { values: vec![0.0; rows], unread: Vec::new(), ..channel.clone() })
         .collect();
     let data = Data {
         n: commands.len(),

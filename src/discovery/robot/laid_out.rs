@@ -70,7 +70,7 @@ fn models(
     for recording in train.iter().chain(heldout) {
         let arm = Arm::of(robot, recording)?;
         recording.check_joints(&robot.sliding())?;
-        let data = Data::new(recording, arm.chain.n())?;
+        let data = Data::new(recording, arm.chain.n(), robot.joints())?;
         plausible::check(&arm, robot.joints(), &data, &recording.name)?;
         read.push((arm, data));
     }

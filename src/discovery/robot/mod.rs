@@ -26,6 +26,7 @@ pub mod investigate;
 pub mod load;
 mod against;
 mod arm_finding;
+mod cells;
 mod currents;
 mod gravity;
 mod links;

@@ -28,6 +28,13 @@ pub enum Note {
         /// Out of how many.
         rows: usize,
     },
+    /// Single cells show what nothing else of their sensor comes near to.
+    Wild {
+        /// Which recording.
+        recording: String,
+        /// The columns, each with the lines of the file, as far as it has any, and the times, s.
+        columns: Vec<(String, Vec<usize>, Vec<f64>)>,
+    },
     /// The time stamps are less even than the motion.
     Jitter {
         /// Which recording.
@@ -57,6 +64,17 @@ impl fmt::Display for Note {
                 f,
                 "{recording}: {repeats} of {rows} rows repeat the row before and are left out"
             ),
+            Self::Wild { recording, columns } => {
+                let n: usize = columns.iter().map(|(_, _, times)| times.len()).sum();
+                let places: Vec<String> = columns.iter().map(rows_of).collect();
+                write!(
+                    f,
+                    "{recording}: {n} {} many times larger than anything else of that sensor and gone with the next \
+                     rows; left out as not read: {}",
+                    if n == 1 { "cell is" } else { "cells are" },
+                    places.join("; ")
+                )
+            }
             Self::Jitter { recording, off } => write!(
                 f,
                 "{recording}: the samples are evenly spaced, their time stamps jitter by {} ms; an even clock is used",
@@ -66,5 +84,42 @@ impl fmt::Display for Note {
                 write!(f, "{channel} never changes: nothing is said of it")
             }
         }
+    }
+}
+
+/// So many rows of a column are told at most.
+const TOLD: usize = 5;
+
+/// Says which rows of a column are meant: by the lines of its file, or by their times where it has none.
+fn rows_of((column, lines, times): &(String, Vec<usize>, Vec<f64>)) -> String {
+    let told = |values: Vec<String>| {
+        let rest = values.len().saturating_sub(TOLD);
+        let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+        format!("{}{rest}", values[..values.len().min(TOLD)].join(", "))
+    };
+    if lines.is_empty() {
+        let times = times.iter().map(|t| format!("{t} s")).collect();
+        return format!("`{column}` at t = {}", told(times));
+    }
+    let word = if lines.len() == 1 { "line" } else { "lines" };
+    format!("`{column}` in {word} {}", told(lines.iter().map(usize::to_string).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_wild_cells_the_first_few_are_told_by_line_or_time() {
+        let columns = vec![
+            ("tau_6".to_owned(), vec![3, 7, 20, 21, 22, 90, 95], vec![0.0; 7]),
+            ("tau_1".to_owned(), Vec::new(), vec![0.25]),
+        ];
+        let told = Note::Wild { recording: "log".into(), columns }.to_string();
+        assert!(told.contains("8 cells are"), "{told}");
+        assert!(
+            told.contains("`tau_6` in lines 3, 7, 20, 21, 22 and 2 more; `tau_1` at t = 0.25 s"),
+            "{told}"
+        );
     }
 }

@@ -46,8 +46,9 @@ pub(super) fn places(gap: &ArmGap, terms: &[Term], parameters: &[f64]) -> Vec<fi
             });
             let sum = &mut entry.1;
             sum.square += square * channel.noise.powi(2);
-            sum.excess += square - part.len() as f64;
-            sum.rows += part.len();
+            let read = (first..model.course.last_row).filter(|row| channel.is_read(*row)).count();
+            sum.excess += square - read as f64;
+            sum.rows += read;
             let follows = follows(model, channel, part);
             if follows.0 > sum.follows.0 {
                 sum.follows = follows;

@@ -110,7 +110,8 @@ mod tests {
     use super::*;
 
     fn channel(values: Vec<f64>) -> Channel {
-        Channel { quantity: Quantity::Position, index: 0, name: "q_1".into(), values, noise: 1e-5 }
+        let (name, unread) = ("q_1".into(), Vec::new());
+        Channel { quantity: Quantity::Position, index: 0, name, values, noise: 1e-5, unread }
     }
 
     /// A number between -1 and 1 that looks like chance.

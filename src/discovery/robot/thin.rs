@@ -24,9 +24,15 @@ impl Course {
             let stretch = (time[row] - time[0]) / STRETCH;
             // Stretch k is taken where the share of those taken so far steps up.
             let taken = |k: f64| (k * share).floor();
-            row.is_multiple_of(every) && taken(stretch.floor() + 1.0) > taken(stretch.floor())
+            taken(stretch.floor() + 1.0) > taken(stretch.floor())
         };
-        let kept: Vec<usize> = (0..rows).filter(|row| is_kept(*row)).collect();
+        // Of rows that say the same, the first at which most sensors were read.
+        let silent = |row: &usize| self.data.channels.iter().filter(|c| !c.is_read(*row)).count();
+        let kept: Vec<usize> = (0..rows)
+            .step_by(every)
+            .filter(|row| is_kept(*row))
+            .filter_map(|row| (row..(row + every).min(rows)).min_by_key(silent))
+            .collect();
         if kept.len() == rows {
             return self.clone();
         }
@@ -38,6 +44,9 @@ impl Course {
         }
         for channel in &mut thin.data.channels {
             channel.values = of(&channel.values);
+            if !channel.unread.is_empty() {
+                channel.unread = kept.iter().map(|row| channel.unread[*row]).collect();
+            }
         }
         let n = self.plant.n;
         if !self.in_doubt.is_empty() {

@@ -14,7 +14,7 @@ mod fit;
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 use rayon::prelude::*;
 
-use super::channels::{Quantity, SILENT};
+use super::channels::{Channel, Quantity, SILENT};
 use super::error::Misfit;
 use super::links::CREEPS;
 use super::simulate::Model;
@@ -102,12 +102,21 @@ fn needed(models: &[&Model], terms: &[Term], parameters: &[f64]) -> Option<Vec<V
         let channels = data.channels.iter().filter(|c| model.is_predicted(c.quantity));
         for (channel, values) in channels.zip(predicted.chunks(data.n_rows())) {
             if channel.quantity == Quantity::Torque {
-                let judged = &values[model.course.first_row..model.course.last_row];
-                all[channel.index].extend_from_slice(judged);
+                all[channel.index].extend(judged(model, channel, values));
             }
         }
     }
     Some(all)
+}
+
+/// Returns the values of a channel at the rows that are judged and that its sensor has read.
+fn judged<'a>(
+    model: &Model,
+    channel: &'a Channel,
+    values: &'a [f64],
+) -> impl Iterator<Item = f64> + 'a {
+    let rows = model.course.first_row..model.course.last_row;
+    rows.filter(|row| channel.is_read(*row)).map(|row| values[row])
 }
 
 /// Returns the current of every joint with what it may be of.
@@ -118,14 +127,14 @@ fn sensors(models: &[&Model]) -> Option<Vec<Sensor>> {
             let with = needed(models, &[Term { law, joint }], parameters)?;
             Some(difference(&with[joint], bare))
         };
+        let of_joint = |c: &&Channel| c.quantity == Quantity::Torque && c.index == joint;
         let read = models.iter().flat_map(|model| {
-            let values = model.course.data.measured(Quantity::Torque, joint);
-            let rows = model.course.first_row..model.course.last_row;
-            values.map_or(&[][..], |values| &values[rows])
+            let channel = model.course.data.channels.iter().find(of_joint);
+            channel.into_iter().flat_map(|channel| judged(model, channel, &channel.values))
         });
         let dry = CREEPS.into_iter().map(|creep| by(Law::Coulomb, &[1.0, creep]));
         Some(Sensor {
-            current: DVector::from_vec(read.copied().collect()),
+            current: DVector::from_vec(read.collect()),
             needed: DVector::from_column_slice(bare),
             smooth: [
                 by(Law::Viscous, &[1.0])?,

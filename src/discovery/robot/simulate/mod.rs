@@ -228,7 +228,8 @@ impl Model {
         let time = course.data.time[row];
         let unsure = channel.quantity == Quantity::Torque
             && self.loads.iter().any(|load| load.is_unsure(time));
-        (course.first_row..course.last_row).contains(&row) && !doubt && !unsure
+        let is_inside = (course.first_row..course.last_row).contains(&row);
+        is_inside && channel.is_read(row) && !doubt && !unsure
     }
 
     /// Returns the torque column of a change to the bodies, computed once.

@@ -1,0 +1,38 @@
+//! Cells that are no readings of their own: none is an effect, and the readings beside them say what they said.
+
+use trueup::discovery::finding::{Finding, Verdict};
+use trueup::discovery::recording::Recording;
+use trueup::discovery::{Options, Subject, investigate};
+
+use super::{bare_arm, number, recording};
+
+/// What is found in two recordings whose columns were changed.
+fn found(name: &str, change: impl Fn(&mut Recording)) -> Finding {
+    let recordings = ["a", "b"].map(|which| {
+        let mut recording = recording(&format!("{name}_{which}"));
+        change(&mut recording);
+        recording
+    });
+    let robot = bare_arm();
+    let arm = Subject::Arm(&robot, &[]);
+    investigate(&recordings, arm, &Options::default(), &mut |_, _| {}).unwrap().finding
+}
+
+fn is_noted(finding: &Finding, words: &str) -> bool {
+    finding.notes.iter().any(|note| note.contains(words))
+}
+
+/// A cell of 9999 N·m in each joint's torques: such were `unknown(tau_6)`, two thousand million standard deviations above noise.
+#[test]
+fn cells_that_no_sensor_read_are_left_out() {
+    let finding = found("coulomb", |recording| {
+        let torques = recording.columns.iter_mut().filter(|c| c.name.starts_with("tau_"));
+        for (at, column) in torques.enumerate() {
+            column.values[37 + 61 * at] = 9999.0;
+        }
+    });
+    assert_eq!(finding.verdict, Verdict::Named, "{finding:?}");
+    let torque = number(&finding, "coulomb_friction", "torque");
+    assert!((torque - 0.7896).abs() < 0.03, "{torque}");
+    assert!(is_noted(&finding, "`tau_1` in line 39"), "{:?}", finding.notes);
+}
