@@ -36,3 +36,19 @@ fn cells_that_no_sensor_read_are_left_out() {
     assert!((torque - 0.7896).abs() < 0.03, "{torque}");
     assert!(is_noted(&finding, "`tau_1` in line 39"), "{:?}", finding.notes);
 }
+
+/// Torques at half the rate of the log, each in two rows: such came half a row late.
+#[test]
+fn a_sensor_slower_than_the_log_is_not_late() {
+    let finding = found("coulomb", |recording| {
+        for column in recording.columns.iter_mut().filter(|c| c.name.starts_with("tau_")) {
+            for row in 0..column.values.len() {
+                column.values[row] = column.values[row - row % 2];
+            }
+        }
+    });
+    assert!(is_noted(&finding, "`tau` shows something new in"), "{:?}", finding.notes);
+    assert_eq!(finding.verdict, Verdict::Named, "{finding:?}");
+    let torque = number(&finding, "coulomb_friction", "torque");
+    assert!((torque - 0.7896).abs() < 0.05, "{torque}");
+}

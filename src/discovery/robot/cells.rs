@@ -1,16 +1,19 @@
 //! Which cells of a channel are readings of their own.
 //!
-//! A word that is broken on its way shows ten thousand newton metres in one row. That is no effect of the arm. Such rows are marked
-//! as not read ([`Channel::unread`]): nothing judges them, and what needs a value in every row gets one from those around. The
-//! readings beside them stay.
+//! A word that is broken on its way shows ten thousand newton metres in one row; a sensor that is slower than the log stands in
+//! several rows with one reading. Neither is an effect of the arm. Such rows are marked as not read ([`Channel::unread`]): nothing judges them, and what needs a value in every row gets
+//! one from those around. The readings beside them stay.
 //!
-//! Real effects are sudden, too (collisions, friction that lets go, a limit, play). So strong evidence is asked for: more than
-//! anything else of that sensor many times over, and back within three rows.
+//! Real effects are sudden, too (collisions, friction that lets go, a limit, play), and coarse readings repeat honestly. So strong
+//! evidence is asked for: more than anything else of that sensor many times over, and back within three rows; or all columns of a
+//! sensor to the last digit, though it tells finer differences than it goes from one reading to the next.
+
+use std::ops::Range;
 
 use super::channels::{Channel, Data, Quantity};
 use super::note::Note;
 use super::spline::Spline;
-use crate::discovery::recording::Recording;
+use crate::discovery::recording::{Recording, noise};
 use crate::motion::robot::JointLimits;
 
 /// Wild cells follow each other in so many rows at most: a collision or a jolt lasts longer, or shows far less.
@@ -32,6 +35,20 @@ const USUAL: f64 = 0.95;
 /// reaches, m.
 const NO_ANGLE: f64 = 20.0;
 const NO_PLACE: f64 = 10.0;
+
+/// How long before and after a row the arm must have moved, s, by how much at least, rad or m, and by how many times the noise.
+const AROUND: f64 = 0.1;
+const MOVES: f64 = 1e-3;
+const MOVES_BEYOND_NOISE: f64 = 5.0;
+
+/// A sensor is fine if it typically goes so many of its least steps from one reading to the next: a coarse one repeats honestly.
+const FINE: f64 = 8.0;
+
+/// So many readings tell how often a sensor is read.
+const ENOUGH: usize = 20;
+
+/// Between positions that are this near to each other, s, an arm moves smoothly: far less than a period of the fastest motion.
+const NEAR: f64 = 0.03;
 
 const SENSORS: [Quantity; 4] =
     [Quantity::Position, Quantity::Speed, Quantity::Torque, Quantity::Tip];
@@ -102,6 +119,72 @@ impl Data {
             self.notes.push(Note::Wild { recording: recording.name.clone(), columns });
         }
     }
+
+    /// Leaves out rows in which a sensor that is read less often than the log is written shows its last reading once more.
+    pub(super) fn leave_out_held(&mut self, name: &str) {
+        let moves = self.moving();
+        for quantity in SENSORS {
+            let own = self.channels.iter().filter(|channel| channel.quantity == quantity);
+            let sensor = Sensor::of(own);
+            let Some(every) = sensor.every(&moves) else { continue };
+            let is_held = |run: &Range<usize>| run.len() <= every || sensor.is_all(run, &moves);
+            let held = sensor.runs().into_iter().filter(is_held);
+            let again: Vec<usize> = held.flat_map(|run| sensor.again(&run)).collect();
+            let rows = sensor.rows.len();
+            self.mark(quantity, &again);
+            let (recording, stem) = (name.to_owned(), quantity.stem());
+            self.notes.push(Note::Held { recording, stem, new: rows - again.len(), rows });
+        }
+    }
+
+    /// Returns the rows at which the motion is a guess, because the nearest positions on either side are too far apart; empty
+    /// where there are none.
+    pub(super) fn blind(&self) -> Vec<bool> {
+        let mut blind = Vec::new();
+        let time = &self.time;
+        for joint in self.channels.iter().filter(|c| c.quantity == Quantity::Position) {
+            let rows = joint.readings(time).0;
+            let is_guess = |t: &f64| {
+                let next = rows.partition_point(|read| read < t);
+                let (before, after) = (next.checked_sub(1), rows.get(next));
+                let (Some(before), Some(after)) = (before, after) else {
+                    return rows.get(next) != Some(t);
+                };
+                after > t && after - rows[before] > NEAR
+            };
+            if !joint.unread.is_empty() {
+                blind.resize(time.len(), false);
+                blind.iter_mut().zip(time).for_each(|(blind, t)| *blind |= is_guess(t));
+            }
+        }
+        blind
+    }
+
+    /// Marks rows of a sensor as not read, in all its columns.
+    fn mark(&mut self, quantity: Quantity, rows: &[usize]) {
+        for channel in self.channels.iter_mut().filter(|channel| channel.quantity == quantity) {
+            channel.leave_out(rows);
+            channel.fill(&self.time);
+        }
+    }
+
+    /// Returns whether some joint moves about each row, as measured or, where nobody measured, as commanded.
+    fn moving(&self) -> Vec<bool> {
+        let time = &self.time;
+        let measured = self.channels.iter().filter(|c| c.quantity == Quantity::Position);
+        let mut joints: Vec<&[f64]> = measured.map(|channel| &channel.values[..]).collect();
+        if joints.is_empty() {
+            joints = self.commands.iter().map(Vec::as_slice).collect();
+        }
+        let least = |values: &[f64]| MOVES_BEYOND_NOISE * noise::estimate(time, values);
+        let least: Vec<f64> = joints.iter().map(|values| least(values).max(MOVES)).collect();
+        let moves = |now: &f64| {
+            let from = time.partition_point(|t| *t < now - AROUND);
+            let to = time.partition_point(|t| *t <= now + AROUND) - 1;
+            joints.iter().zip(&least).any(|(q, least)| (q[to] - q[from]).abs() > *least)
+        };
+        time.iter().map(moves).collect()
+    }
 }
 
 /// Returns how far from the middle of its column a cell of a sensor is wild. `usual` is what the largest column of the sensor
@@ -142,6 +225,76 @@ fn part_of(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     sorted.sort_by(f64::total_cmp);
     let at = (part * sorted.len() as f64) as usize;
     sorted.get(at.min(sorted.len().saturating_sub(1))).copied().unwrap_or(0.0)
+}
+
+/// All columns of one sensor, at the rows at which all of them were read.
+struct Sensor {
+    rows: Vec<usize>,
+    /// Whether it shows what it showed before, to the last digit, for each of the rows.
+    again: Vec<bool>,
+    /// How far each column goes from one reading to the next where it goes at all, in order of size.
+    steps: Vec<Vec<f64>>,
+}
+
+impl Sensor {
+    fn of<'c>(channels: impl Iterator<Item = &'c Channel>) -> Self {
+        let channels: Vec<&Channel> = channels.collect();
+        let columns: Vec<&[f64]> = channels.iter().map(|channel| &channel.values[..]).collect();
+        let all = 0..columns.first().map_or(0, |values| values.len());
+        let rows: Vec<usize> = all.filter(|row| channels.iter().all(|c| c.is_read(*row))).collect();
+        let is_same = |pair: &[usize]| {
+            columns.iter().all(|values| values[pair[0]].to_bits() == values[pair[1]].to_bits())
+        };
+        let first = rows.first().map(|_| false);
+        let again = first.into_iter().chain(rows.windows(2).map(is_same)).collect();
+        let steps_of = |values: &&[f64]| {
+            let steps = rows.windows(2).map(|pair| (values[pair[1]] - values[pair[0]]).abs());
+            let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
+            steps.sort_by(f64::total_cmp);
+            steps
+        };
+        let steps = columns.iter().map(steps_of).collect();
+        Self { rows, again, steps }
+    }
+
+    /// Returns the stretches that hold one reading each, counted in rows of its own.
+    fn runs(&self) -> Vec<Range<usize>> {
+        let mut starts: Vec<usize> = (0..self.again.len()).filter(|at| !self.again[*at]).collect();
+        starts.push(self.again.len());
+        starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+    }
+
+    /// Returns the rows of a stretch that repeat its first.
+    fn again(&self, run: &Range<usize>) -> Vec<usize> {
+        self.rows[run.start + 1..run.end].to_vec()
+    }
+
+    /// Returns whether something is so in all rows of a stretch.
+    fn is_all(&self, run: &Range<usize>, is_so: &[bool]) -> bool {
+        self.rows[run.clone()].iter().all(|row| is_so[*row])
+    }
+
+    /// Returns whether it tells finer differences than it goes from one reading to the next.
+    fn is_fine(&self) -> bool {
+        self.steps
+            .iter()
+            .any(|steps| steps.len() >= ENOUGH && steps[steps.len() / 2] > FINE * steps[0])
+    }
+
+    /// Returns after how many rows at most a reading is followed by a new one, where it is not read in every row: as regularly as a
+    /// clock of its own lets it. `moves` says at which rows the arm moves.
+    fn every(&self, moves: &[bool]) -> Option<usize> {
+        let moving = self.runs().into_iter().filter(|run| self.is_all(run, moves));
+        let lengths: Vec<usize> = moving.map(|run| run.len()).collect();
+        let total: usize = lengths.iter().sum();
+        // A reading may repeat by chance: no more than one in five does.
+        if lengths.len() < ENOUGH || 5 * total < 6 * lengths.len() || !self.is_fine() {
+            return None;
+        }
+        let usual = total / lengths.len();
+        let regular = lengths.iter().filter(|length| (usual..=usual + 1).contains(*length));
+        (10 * regular.sum::<usize>() >= 9 * total).then_some(usual + 1)
+    }
 }
 
 #[cfg(test)]
@@ -194,6 +347,59 @@ mod tests {
             assert!((channel.values[999] - whole.values[998]).abs() < 1e-12, "{quantity:?}");
             assert!(!channel.is_read(301) && channel.is_read(302), "{quantity:?}");
             assert_eq!(channel.readings(&time).0.len(), 996, "{quantity:?}");
+        }
+    }
+
+    /// A recording of two joints that turn, with torques of both; `torque` says what is read of a torque in a row.
+    fn turning(torque: impl Fn(usize, &dyn Fn(usize) -> f64) -> f64) -> Data {
+        let jitter = |row: usize| ((row * row) as f64).sin();
+        let mut channels = Vec::new();
+        for joint in 0..2 {
+            let speed = 1.0 + 0.5 * joint as f64;
+            channels.push(reads(Quantity::Position, joint, |t| (speed * t).sin()));
+            let true_torque =
+                |row: usize| 9.0 * (0.01 * speed * row as f64).cos() + 0.05 * jitter(row + joint);
+            let mut channel = reads(Quantity::Torque, joint, |_| 0.0);
+            let rows = channel.values.iter_mut().enumerate();
+            rows.for_each(|(row, value)| *value = torque(row, &true_torque));
+            channels.push(channel);
+        }
+        let time = (0..1000).map(|row| f64::from(row) * 0.01).collect();
+        let (commands, notes) = (Vec::new(), Vec::new());
+        Data { n: 2, time, commands, channels, notes, are_currents: false }
+    }
+
+    /// Which rows of the second joint's torque are readings.
+    fn read_of(data: &Data) -> Vec<usize> {
+        (0..1000).filter(|row| data.channels[3].is_read(*row)).collect()
+    }
+
+    #[test]
+    fn of_a_sensor_slower_than_the_log_each_reading_counts_once() {
+        for every in [2, 4] {
+            let mut data = turning(|row, torque| torque(row - row % every));
+            data.leave_out_held("log");
+            let expected: Vec<usize> = (0..1000).step_by(every).collect();
+            assert_eq!(read_of(&data), expected, "every {every}");
+            assert!(data.channels[0].unread.is_empty(), "every {every}");
+            assert_eq!(data.notes.len(), 1, "every {every}");
+        }
+        // 60 readings in 100 rows.
+        let mut data = turning(|row, torque| torque(row * 3 / 5 * 5 / 3));
+        data.leave_out_held("log");
+        assert_eq!(read_of(&data).len(), 600);
+    }
+
+    #[test]
+    fn a_coarse_sensor_and_one_that_is_read_in_every_row_are_held_nowhere() {
+        let coarse = |row: usize, torque: &dyn Fn(usize) -> f64| (torque(row) / 2.0).round() * 2.0;
+        let mut all = [turning(coarse), turning(|row, torque| torque(row))];
+        // A joint whose torque ends at a limit, beside one whose torque does not.
+        all[1].channels[3].values.iter_mut().for_each(|tau| *tau = tau.clamp(-4.0, 4.0));
+        for data in &mut all {
+            data.leave_out_held("log");
+            assert_eq!(read_of(data).len(), 1000);
+            assert!(data.notes.is_empty());
         }
     }
 }

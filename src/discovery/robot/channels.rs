@@ -103,6 +103,7 @@ impl Data {
         data.drop_unmeasured(&recording.name);
         data.leave_out_wild(recording, limits);
         data.drop_repeats(&recording.name);
+        data.leave_out_held(&recording.name);
         data.set_clock(&recording.name);
         data.estimate_noise();
         let levels = &recording.sidecar.noise;

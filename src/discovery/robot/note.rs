@@ -35,6 +35,17 @@ pub enum Note {
         /// The columns, each with the lines of the file, as far as it has any, and the times, s.
         columns: Vec<(String, Vec<usize>, Vec<f64>)>,
     },
+    /// A sensor is read less often than the log is written.
+    Held {
+        /// Which recording.
+        recording: String,
+        /// What its columns' names begin with.
+        stem: &'static str,
+        /// In how many rows it shows something new.
+        new: usize,
+        /// Out of how many.
+        rows: usize,
+    },
     /// The time stamps are less even than the motion.
     Jitter {
         /// Which recording.
@@ -75,6 +86,11 @@ impl fmt::Display for Note {
                     places.join("; ")
                 )
             }
+            Self::Held { recording, stem, new, rows } => write!(
+                f,
+                "{recording}: `{stem}` shows something new in {new} of {rows} rows and repeats itself in the others; \
+                 it is judged where it is new"
+            ),
             Self::Jitter { recording, off } => write!(
                 f,
                 "{recording}: the samples are evenly spaced, their time stamps jitter by {} ms; an even clock is used",

@@ -270,6 +270,8 @@ pub struct Course {
     /// Along a measured motion, whether the sign of a joint's speed is in doubt, `rows × n`: what dry
     /// friction does there nobody can say. Empty otherwise.
     pub in_doubt: Vec<bool>,
+    /// Along a measured motion, whether a row has no motion that was measured; empty where all have.
+    pub blind: Vec<bool>,
     /// Whether a row decides nothing where the recording is held out.
     pub unseen: Vec<bool>,
 }
@@ -391,6 +393,7 @@ impl Course {
             (first_row, last_row) = (0, data.n_rows());
         }
         let in_doubt = in_doubt(&data, &path, &speed_error);
+        let blind = if closed_loop { Vec::new() } else { data.blind() };
         let rows = data.n_rows();
         let unseen = (0..rows).map(|row| resample::is_unseen(row, rows)).collect();
         let smoothing = smoothing(arm, &data.time[first_row..last_row], &path, &again);
@@ -410,6 +413,7 @@ impl Course {
             speed_error,
             smoothing,
             in_doubt,
+            blind,
             unseen,
         }
     }

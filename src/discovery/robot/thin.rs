@@ -53,6 +53,9 @@ impl Course {
             let doubt = |row: &usize| self.in_doubt[row * n..(row + 1) * n].iter().copied();
             thin.in_doubt = kept.iter().flat_map(doubt).collect();
         }
+        if !self.blind.is_empty() {
+            thin.blind = kept.iter().map(|row| self.blind[*row]).collect();
+        }
         thin.unseen = kept.iter().map(|row| self.unseen[*row]).collect();
         thin.first_row = kept.iter().filter(|row| **row < self.first_row).count();
         thin.last_row = kept.iter().filter(|row| **row < self.last_row).count();

@@ -229,7 +229,8 @@ impl Model {
         let unsure = channel.quantity == Quantity::Torque
             && self.loads.iter().any(|load| load.is_unsure(time));
         let is_inside = (course.first_row..course.last_row).contains(&row);
-        is_inside && channel.is_read(row) && !doubt && !unsure
+        let is_measured = channel.is_read(row) && course.blind.get(row) != Some(&true);
+        is_inside && is_measured && !doubt && !unsure
     }
 
     /// Returns the torque column of a change to the bodies, computed once.
