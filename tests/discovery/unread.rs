@@ -52,3 +52,17 @@ fn a_sensor_slower_than_the_log_is_not_late() {
     let torque = number(&finding, "coulomb_friction", "torque");
     assert!((torque - 0.7896).abs() < 0.05, "{torque}");
 }
+
+/// A marker that was lost for 0.3 s was `unknown`, many times the noise.
+#[test]
+fn a_tracker_that_lost_its_marker_is_not_judged_there() {
+    let finding = found("coulomb", |recording| {
+        for column in recording.columns.iter_mut().filter(|c| c.name.starts_with("tcp_")) {
+            let last = column.values[100];
+            column.values[100..131].fill(last);
+        }
+    });
+    assert_eq!(finding.verdict, Verdict::Named, "{finding:?}");
+    assert_eq!(finding.effects[0].name, "coulomb_friction", "{finding:?}");
+    assert!(is_noted(&finding, "`tcp` repeats one reading"), "{:?}", finding.notes);
+}

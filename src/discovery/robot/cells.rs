@@ -1,8 +1,9 @@
 //! Which cells of a channel are readings of their own.
 //!
 //! A word that is broken on its way shows ten thousand newton metres in one row; a sensor that is slower than the log stands in
-//! several rows with one reading. Neither is an effect of the arm. Such rows are marked as not read ([`Channel::unread`]): nothing judges them, and what needs a value in every row gets
-//! one from those around. The readings beside them stay.
+//! several rows with one reading; a tracker that has lost its marker tells its last place over and over. None of this is an effect
+//! of the arm. Such rows are marked as not read ([`Channel::unread`]): nothing judges them, and what needs a value in every row
+//! gets one from those around. The readings beside them stay.
 //!
 //! Real effects are sudden, too (collisions, friction that lets go, a limit, play), and coarse readings repeat honestly. So strong
 //! evidence is asked for: more than anything else of that sensor many times over, and back within three rows; or all columns of a
@@ -12,6 +13,7 @@ use std::ops::Range;
 
 use super::channels::{Channel, Data, Quantity};
 use super::note::Note;
+use super::sensor::Sensor;
 use super::spline::Spline;
 use crate::discovery::recording::{Recording, noise};
 use crate::motion::robot::JointLimits;
@@ -29,7 +31,7 @@ const BEYOND_USUAL: f64 = 10.0;
 const BEYOND_LIMIT: f64 = 3.0;
 
 /// What a column usually shows is what it shows in this part of its rows.
-const USUAL: f64 = 0.95;
+pub(super) const USUAL: f64 = 0.95;
 
 /// However little moved, no wild cell is nearer than this to the middle of its column: three turns, rad, and further than an arm
 /// reaches, m.
@@ -41,11 +43,8 @@ const AROUND: f64 = 0.1;
 const MOVES: f64 = 1e-3;
 const MOVES_BEYOND_NOISE: f64 = 5.0;
 
-/// A sensor is fine if it typically goes so many of its least steps from one reading to the next: a coarse one repeats honestly.
-const FINE: f64 = 8.0;
-
-/// So many readings tell how often a sensor is read.
-const ENOUGH: usize = 20;
+/// A sensor has stopped if it shows one reading for more than so many rows while the arm moves, and then jumps.
+const STOPPED_ROWS: usize = 10;
 
 /// Between positions that are this near to each other, s, an arm moves smoothly: far less than a period of the fastest motion.
 const NEAR: f64 = 0.03;
@@ -126,7 +125,10 @@ impl Data {
         for quantity in SENSORS {
             let own = self.channels.iter().filter(|channel| channel.quantity == quantity);
             let sensor = Sensor::of(own);
-            let Some(every) = sensor.every(&moves) else { continue };
+            let Some(every) = sensor.every(&moves) else {
+                self.leave_out_stopped(quantity, &moves, name);
+                continue;
+            };
             let is_held = |run: &Range<usize>| run.len() <= every || sensor.is_all(run, &moves);
             let held = sensor.runs().into_iter().filter(is_held);
             let again: Vec<usize> = held.flat_map(|run| sensor.again(&run)).collect();
@@ -135,6 +137,34 @@ impl Data {
             let (recording, stem) = (name.to_owned(), quantity.stem());
             self.notes.push(Note::Held { recording, stem, new: rows - again.len(), rows });
         }
+    }
+
+    /// Leaves out rows in which a sensor shows its last reading though the arm moves on. How it moves, the positions say: of those
+    /// themselves nobody knows whether the arm stuck.
+    fn leave_out_stopped(&mut self, quantity: Quantity, moves: &[bool], name: &str) {
+        if quantity == Quantity::Position || !self.has(Quantity::Position) {
+            return;
+        }
+        let own = self.channels.iter().filter(|channel| channel.quantity == quantity);
+        let sensor = Sensor::of(own);
+        let is_stopped = |run: &Range<usize>| {
+            let is_long = run.len() > STOPPED_ROWS && sensor.is_all(run, moves);
+            // What a drive or a gauge gives at most it may well give for long.
+            let may_be_limit = quantity != Quantity::Tip && sensor.is_at_limits(run);
+            is_long && !may_be_limit && sensor.jumps_after(run)
+        };
+        let mut runs = sensor.runs();
+        runs.retain(is_stopped);
+        if runs.is_empty() || !sensor.is_fine() {
+            return;
+        }
+        let again: Vec<usize> = runs.iter().flat_map(|run| sensor.again(run)).collect();
+        let span =
+            |run: &Range<usize>| [run.start, run.end - 1].map(|at| self.time[sensor.rows[at]]);
+        let spans = runs.iter().map(span).collect();
+        self.mark(quantity, &again);
+        let (recording, stem) = (name.to_owned(), quantity.stem());
+        self.notes.push(Note::Stopped { recording, stem, spans, rows: again.len() });
     }
 
     /// Returns the rows at which the motion is a guess, because the nearest positions on either side are too far apart; empty
@@ -220,81 +250,11 @@ fn wild(values: &[f64], far: f64) -> Vec<usize> {
 }
 
 /// Returns the number below which this part of numbers is; 0 of none.
-fn part_of(values: impl Iterator<Item = f64>, part: f64) -> f64 {
+pub(super) fn part_of(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     let mut sorted: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let at = (part * sorted.len() as f64) as usize;
     sorted.get(at.min(sorted.len().saturating_sub(1))).copied().unwrap_or(0.0)
-}
-
-/// All columns of one sensor, at the rows at which all of them were read.
-struct Sensor {
-    rows: Vec<usize>,
-    /// Whether it shows what it showed before, to the last digit, for each of the rows.
-    again: Vec<bool>,
-    /// How far each column goes from one reading to the next where it goes at all, in order of size.
-    steps: Vec<Vec<f64>>,
-}
-
-impl Sensor {
-    fn of<'c>(channels: impl Iterator<Item = &'c Channel>) -> Self {
-        let channels: Vec<&Channel> = channels.collect();
-        let columns: Vec<&[f64]> = channels.iter().map(|channel| &channel.values[..]).collect();
-        let all = 0..columns.first().map_or(0, |values| values.len());
-        let rows: Vec<usize> = all.filter(|row| channels.iter().all(|c| c.is_read(*row))).collect();
-        let is_same = |pair: &[usize]| {
-            columns.iter().all(|values| values[pair[0]].to_bits() == values[pair[1]].to_bits())
-        };
-        let first = rows.first().map(|_| false);
-        let again = first.into_iter().chain(rows.windows(2).map(is_same)).collect();
-        let steps_of = |values: &&[f64]| {
-            let steps = rows.windows(2).map(|pair| (values[pair[1]] - values[pair[0]]).abs());
-            let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
-            steps.sort_by(f64::total_cmp);
-            steps
-        };
-        let steps = columns.iter().map(steps_of).collect();
-        Self { rows, again, steps }
-    }
-
-    /// Returns the stretches that hold one reading each, counted in rows of its own.
-    fn runs(&self) -> Vec<Range<usize>> {
-        let mut starts: Vec<usize> = (0..self.again.len()).filter(|at| !self.again[*at]).collect();
-        starts.push(self.again.len());
-        starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
-    }
-
-    /// Returns the rows of a stretch that repeat its first.
-    fn again(&self, run: &Range<usize>) -> Vec<usize> {
-        self.rows[run.start + 1..run.end].to_vec()
-    }
-
-    /// Returns whether something is so in all rows of a stretch.
-    fn is_all(&self, run: &Range<usize>, is_so: &[bool]) -> bool {
-        self.rows[run.clone()].iter().all(|row| is_so[*row])
-    }
-
-    /// Returns whether it tells finer differences than it goes from one reading to the next.
-    fn is_fine(&self) -> bool {
-        self.steps
-            .iter()
-            .any(|steps| steps.len() >= ENOUGH && steps[steps.len() / 2] > FINE * steps[0])
-    }
-
-    /// Returns after how many rows at most a reading is followed by a new one, where it is not read in every row: as regularly as a
-    /// clock of its own lets it. `moves` says at which rows the arm moves.
-    fn every(&self, moves: &[bool]) -> Option<usize> {
-        let moving = self.runs().into_iter().filter(|run| self.is_all(run, moves));
-        let lengths: Vec<usize> = moving.map(|run| run.len()).collect();
-        let total: usize = lengths.iter().sum();
-        // A reading may repeat by chance: no more than one in five does.
-        if lengths.len() < ENOUGH || 5 * total < 6 * lengths.len() || !self.is_fine() {
-            return None;
-        }
-        let usual = total / lengths.len();
-        let regular = lengths.iter().filter(|length| (usual..=usual + 1).contains(*length));
-        (10 * regular.sum::<usize>() >= 9 * total).then_some(usual + 1)
-    }
 }
 
 #[cfg(test)]
@@ -401,5 +361,31 @@ mod tests {
             assert_eq!(read_of(data).len(), 1000);
             assert!(data.notes.is_empty());
         }
+    }
+
+    /// The torques of both joints stay as they are for a quarter of a second, while both turn on.
+    #[test]
+    fn a_sensor_that_stops_for_a_while_is_not_read_there() {
+        let stopped = |row: usize| if (400..425).contains(&row) { 400 } else { row };
+        let mut data = turning(|row, torque| torque(stopped(row)));
+        data.leave_out_held("log");
+        let expected: Vec<usize> = (0..1000).filter(|row| !(401..425).contains(row)).collect();
+        assert_eq!(read_of(&data), expected);
+        assert!(matches!(&data.notes[..], [Note::Stopped { rows: 24, .. }]), "{:?}", data.notes);
+    }
+
+    /// Both drives give all they have for a while, and then play lets go; or nothing moves.
+    #[test]
+    fn drives_at_their_limits_and_an_arm_at_rest_have_not_stopped() {
+        let mut data =
+            turning(|row, torque| if (400..425).contains(&row) { 50.0 } else { torque(row) });
+        data.leave_out_held("log");
+        assert_eq!(read_of(&data).len(), 1000);
+        let stopped = |row: usize| if (400..425).contains(&row) { 400 } else { row };
+        let mut data = turning(|row, torque| torque(stopped(row)));
+        let joints = data.channels.iter_mut().filter(|c| c.quantity == Quantity::Position);
+        joints.for_each(|channel| channel.values[380..440].fill(0.5));
+        data.leave_out_held("log");
+        assert_eq!(read_of(&data).len(), 1000);
     }
 }

@@ -35,6 +35,7 @@ mod plausible;
 mod poses;
 mod power;
 mod rows;
+mod sensor;
 mod thin;
 
 pub use investigate::investigate;

@@ -46,6 +46,17 @@ pub enum Note {
         /// Out of how many.
         rows: usize,
     },
+    /// A sensor shows its last reading though the arm moves on.
+    Stopped {
+        /// Which recording.
+        recording: String,
+        /// What its columns' names begin with.
+        stem: &'static str,
+        /// From when until when, s.
+        spans: Vec<[f64; 2]>,
+        /// In how many rows.
+        rows: usize,
+    },
     /// The time stamps are less even than the motion.
     Jitter {
         /// Which recording.
@@ -91,6 +102,14 @@ impl fmt::Display for Note {
                 "{recording}: `{stem}` shows something new in {new} of {rows} rows and repeats itself in the others; \
                  it is judged where it is new"
             ),
+            Self::Stopped { recording, stem, spans, rows } => {
+                let spans = spans.iter().map(|[from, to]| format!("from {from} s to {to} s"));
+                write!(
+                    f,
+                    "{recording}: `{stem}` repeats one reading while the arm moves on, {}; these {rows} rows are not judged",
+                    told(spans.collect())
+                )
+            }
             Self::Jitter { recording, off } => write!(
                 f,
                 "{recording}: the samples are evenly spaced, their time stamps jitter by {} ms; an even clock is used",
@@ -106,13 +125,16 @@ impl fmt::Display for Note {
 /// So many rows of a column are told at most.
 const TOLD: usize = 5;
 
+/// Tells the first few of a list, and how many more there are.
+fn told(values: Vec<String>) -> String {
+    let rest = values.len().saturating_sub(TOLD);
+    let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+    let first: Vec<String> = values.into_iter().take(TOLD).collect();
+    format!("{}{rest}", first.join(", "))
+}
+
 /// Says which rows of a column are meant: by the lines of its file, or by their times where it has none.
 fn rows_of((column, lines, times): &(String, Vec<usize>, Vec<f64>)) -> String {
-    let told = |values: Vec<String>| {
-        let rest = values.len().saturating_sub(TOLD);
-        let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
-        format!("{}{rest}", values[..values.len().min(TOLD)].join(", "))
-    };
     if lines.is_empty() {
         let times = times.iter().map(|t| format!("{t} s")).collect();
         return format!("`{column}` at t = {}", told(times));
