@@ -459,3 +459,27 @@ fn a_column_of_words_is_told_by_its_first_cells() {
     let error = read.column("q_1", Dimension::ANGLE).unwrap_err();
     assert!(error.what.contains("nor are 19999 other cells"), "{}", error.what);
 }
+
+/// Each column with blank cells was an error of its own, one after the other.
+#[test]
+fn columns_with_blank_cells_are_told_at_once_or_read_as_blank() {
+    let mut csv = "t[s],q_1[rad],tau_1[N*m],note\n".to_owned();
+    for row in 0..24 {
+        let (q, tau) = if row % 2 == 0 { ("0.5", "") } else { ("NaN", "2") };
+        let _ = writeln!(csv, "{row},{q},{tau},word");
+    }
+    let r = read(&csv).unwrap();
+    let error = r.column("tau_1", Dimension::TORQUE).unwrap_err();
+    assert!(error.what.starts_with("an empty cell is not a finite number"), "{error:?}");
+    assert!(error.what.ends_with("other columns have such cells, too: `q_1`"), "{error:?}");
+    let tau = r.column_with_blanks("tau_1", Dimension::TORQUE).unwrap();
+    assert!(tau[0].is_nan() && (tau[1] - 2.0).abs() < 1e-12);
+    let q = r.group_with_blanks("q", 1, Dimension::ANGLE).unwrap().unwrap();
+    assert_eq!(q[0].iter().filter(|value| value.is_finite()).count(), 12);
+    // Words are no blanks, nor are nine numbers a column.
+    let worded = read(&csv.replacen("NaN", "off", 1)).unwrap();
+    assert!(worded.column_with_blanks("q_1", Dimension::ANGLE).is_err());
+    let short: Vec<&str> = csv.lines().take(20).collect();
+    let short = read(&short.join("\n")).unwrap();
+    assert!(short.column_with_blanks("tau_1", Dimension::TORQUE).is_err());
+}

@@ -66,3 +66,24 @@ fn a_tracker_that_lost_its_marker_is_not_judged_there() {
     assert_eq!(finding.effects[0].name, "coulomb_friction", "{finding:?}");
     assert!(is_noted(&finding, "`tcp` repeats one reading"), "{:?}", finding.notes);
 }
+
+/// Blanks every other row of a sensor.
+fn blank(recording: &mut Recording, stem: &str, first: usize) {
+    for column in recording.columns.iter_mut().filter(|c| c.name.starts_with(stem)) {
+        column.values.iter_mut().skip(first).step_by(2).for_each(|value| *value = f64::NAN);
+    }
+}
+
+/// Torques in every other row, positions and speeds in the others, as a table of two topics has them: each blank cell was an error of
+/// its own.
+#[test]
+fn sensors_with_rows_of_their_own_are_judged_in_those() {
+    let finding = found("coulomb", |recording| {
+        blank(recording, "tau_", 1);
+        blank(recording, "dq_", 0);
+    });
+    assert_eq!(finding.verdict, Verdict::Named, "{finding:?}");
+    let torque = number(&finding, "coulomb_friction", "torque");
+    assert!((torque - 0.7896).abs() < 0.05, "{torque}");
+    assert!(is_noted(&finding, "250 of `tau_1`"), "{:?}", finding.notes);
+}

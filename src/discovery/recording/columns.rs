@@ -43,6 +43,24 @@ pub struct Column {
     pub n_bad: usize,
 }
 
+/// What loggers write where there is no number.
+const BLANKS: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "-"];
+
+/// Fewer numbers say nothing of their noise.
+const LEAST_NUMBERS: usize = 10;
+
+impl Column {
+    /// Returns whether every cell is a number or blank, as far as the cells are kept, and there are enough numbers.
+    pub(super) fn has_numbers_or_blanks(&self) -> bool {
+        let is_blank = |cell: &BadCell| {
+            let text = cell.text.trim();
+            BLANKS.iter().any(|blank| text.eq_ignore_ascii_case(blank))
+        };
+        let numbers = self.values.iter().filter(|value| value.is_finite()).count();
+        numbers >= LEAST_NUMBERS && self.bad.iter().all(is_blank)
+    }
+}
+
 /// A stretch of time with a name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {

@@ -74,7 +74,7 @@ pub enum Flaw {
         expected: Dimension,
     },
     /// Cells of a column are no finite numbers.
-    #[error("`{text}` is not a finite number{}", nor_are(.lines, *.n))]
+    #[error("{} is not a finite number{}{}", cell(.text), nor_are(.lines, *.n), nor_of(.others))]
     NotFinite {
         /// The first of them, as written.
         text: String,
@@ -82,6 +82,8 @@ pub enum Flaw {
         lines: Vec<usize>,
         /// How many others there are.
         n: usize,
+        /// Other columns of numbers that have such cells.
+        others: Vec<String>,
     },
     /// A value of a column is larger than any sensor shows.
     #[error("`{value:e}`{} at t = {t} s is more than any sensor shows", .is.map_or(String::new(), |unit| format!(" {}", unit.si())))]
@@ -418,6 +420,25 @@ fn nor_are(lines: &[usize], n: usize) -> String {
     format!(", nor are {n} other cells of the column (lines {}{rest})", lines.join(", "))
 }
 
+/// Names a cell by what is written in it.
+fn cell(text: &str) -> String {
+    if text.is_empty() { "an empty cell".to_owned() } else { format!("`{text}`") }
+}
+
+/// How many columns are named where several are at fault.
+const TOLD_COLUMNS: usize = 12;
+
+/// Says which other columns have such cells.
+fn nor_of(columns: &[String]) -> String {
+    if columns.is_empty() {
+        return String::new();
+    }
+    let rest = columns.len().saturating_sub(TOLD_COLUMNS);
+    let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+    let named: Vec<String> = columns.iter().take(TOLD_COLUMNS).map(|c| format!("`{c}`")).collect();
+    format!("; other columns have such cells, too: {}{rest}", named.join(", "))
+}
+
 /// Says how many rows there are, if they are few.
 fn there_are(n: usize) -> String {
     match n {
@@ -437,11 +458,17 @@ mod tests {
             text: "nan".into(),
             lines: lines.to_vec(),
             n,
+            others: Vec::new(),
         };
         assert_eq!(flaw(&[], 0).to_string(), "`nan` is not a finite number");
         assert_eq!(
             flaw(&[3, 4, 5, 6, 7, 8], 9).to_string(),
             "`nan` is not a finite number, nor are 9 other cells of the column (lines 3, 4, 5, 6, 7 and 4 more)"
+        );
+        let (text, others) = (String::new(), vec!["q_4".to_owned(), "tau_2".to_owned()]);
+        assert_eq!(
+            Flaw::NotFinite { text, lines: Vec::new(), n: 0, others }.to_string(),
+            "an empty cell is not a finite number; other columns have such cells, too: `q_4`, `tau_2`"
         );
     }
 

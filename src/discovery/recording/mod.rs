@@ -32,6 +32,14 @@ pub use map::Map;
 pub(super) use sheet::Sheet;
 pub use sidecar::Sidecar;
 
+/// What the cells of a column may hold.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Cells {
+    Numbers,
+    /// Numbers, or nothing.
+    NumbersOrBlank,
+}
+
 /// No sensor shows more than this, SI; chosen: a thousand times the stress, Pa, at which the best steel gives way.
 const MOST_SHOWN: f64 = 1e12;
 
@@ -139,11 +147,20 @@ impl Recording {
     /// An [`Error`] if there is no such column, its unit measures something else, or cells of it are not
     /// finite numbers.
     pub fn column(&self, name: &str, dimension: Dimension) -> Result<&[f64], Error> {
-        self.column_of(name, [dimension; 2])
+        self.column_of(name, [dimension; 2], Cells::Numbers)
+    }
+
+    /// As [`Self::column`], but cells may be blank and are NaN then, as long as some are not.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::column`], and if next to nothing is left.
+    pub fn column_with_blanks(&self, name: &str, dimension: Dimension) -> Result<&[f64], Error> {
+        self.column_of(name, [dimension; 2], Cells::NumbersOrBlank)
     }
 
     /// As [`Self::column`], of one of two dimensions, of which the first is told.
-    fn column_of(&self, name: &str, either: [Dimension; 2]) -> Result<&[f64], Error> {
+    fn column_of(&self, name: &str, either: [Dimension; 2], cells: Cells) -> Result<&[f64], Error> {
         let [dimension, _] = either;
         let Some(column) = self.columns.iter().find(|column| column.name == name) else {
             let known = self.columns.iter().map(|column| column.name.clone()).take(40).collect();
@@ -156,9 +173,13 @@ impl Recording {
             let flaw = Flaw::ColumnUnit { name: name.to_owned(), is, expected };
             return Err(flaw.at(format!("{}:1, column `{name}`", self.name)));
         }
-        if let Some((first, others)) = column.bad.split_first() {
+        let is_fine = cells == Cells::NumbersOrBlank && column.has_numbers_or_blanks();
+        if let Some((first, others)) = column.bad.split_first().filter(|_| !is_fine) {
             let lines = others.iter().map(|bad| bad.line).collect();
-            let flaw = Flaw::NotFinite { text: first.text.clone(), lines, n: column.n_bad - 1 };
+            let is_other = |c: &&Column| c.name != name && (1..c.values.len()).contains(&c.n_bad);
+            let others = self.columns.iter().filter(is_other).map(|c| c.name.clone()).collect();
+            let (text, n) = (first.text.clone(), column.n_bad - 1);
+            let flaw = Flaw::NotFinite { text, lines, n, others };
             return Err(flaw.at(format!("{}:{}, column `{name}`", self.name, first.line)));
         }
         Ok(&column.values)
@@ -187,12 +208,36 @@ impl Recording {
         n: usize,
         dimension: Dimension,
     ) -> Result<Option<Vec<&[f64]>>, Error> {
+        self.group_of((stem, n), dimension, Cells::Numbers)
+    }
+
+    /// As [`Self::group`], but cells may be blank, as for [`Self::column_with_blanks`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::group`] and [`Self::column_with_blanks`].
+    pub fn group_with_blanks(
+        &self,
+        stem: &str,
+        n: usize,
+        dimension: Dimension,
+    ) -> Result<Option<Vec<&[f64]>>, Error> {
+        self.group_of((stem, n), dimension, Cells::NumbersOrBlank)
+    }
+
+    fn group_of(
+        &self,
+        (stem, n): (&str, usize),
+        dimension: Dimension,
+        cells: Cells,
+    ) -> Result<Option<Vec<&[f64]>>, Error> {
         let name = |i: usize| format!("{stem}_{i}");
         if (1..=n).all(|i| !self.has(&name(i))) {
             return Ok(None);
         }
         let either = [dimension, dimension.of_sliding().unwrap_or(dimension)];
-        (1..=n).map(|i| self.column_of(&name(i), either)).collect::<Result<_, _>>().map(Some)
+        let of = |i: usize| self.column_of(&name(i), either, cells);
+        (1..=n).map(of).collect::<Result<_, _>>().map(Some)
     }
 
     /// Checks that only joints that slide are recorded in m, m/s and N; `slides` says for each joint whether it does.

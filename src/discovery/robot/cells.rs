@@ -15,8 +15,9 @@ use super::channels::{Channel, Data, Quantity};
 use super::note::Note;
 use super::sensor::Sensor;
 use super::spline::Spline;
-use crate::discovery::recording::{Recording, noise};
+use crate::discovery::recording::{Error, Recording, noise};
 use crate::motion::robot::JointLimits;
+use crate::units::Dimension;
 
 /// Wild cells follow each other in so many rows at most: a collision or a jolt lasts longer, or shows far less.
 const WILD_ROWS: usize = 3;
@@ -49,6 +50,9 @@ const STOPPED_ROWS: usize = 10;
 /// Between positions that are this near to each other, s, an arm moves smoothly: far less than a period of the fastest motion.
 const NEAR: f64 = 0.03;
 
+/// Longer between two positions, s, nobody knows how an arm moved.
+const LONGEST_GAP: f64 = 0.5;
+
 const SENSORS: [Quantity; 4] =
     [Quantity::Position, Quantity::Speed, Quantity::Torque, Quantity::Tip];
 
@@ -68,6 +72,18 @@ impl Channel {
     fn leave_out(&mut self, rows: &[usize]) {
         self.unread.resize(self.values.len(), false);
         rows.iter().for_each(|row| self.unread[*row] = true);
+    }
+
+    /// Returns the stretches of rows at which it was not read.
+    fn gaps(&self) -> Vec<Range<usize>> {
+        let mut gaps: Vec<Range<usize>> = Vec::new();
+        for row in (0..self.values.len()).filter(|row| !self.is_read(*row)) {
+            match gaps.last_mut() {
+                Some(gap) if gap.end == row => gap.end += 1,
+                _ => gaps.push(row..row + 1),
+            }
+        }
+        gaps
     }
 
     /// Gives the rows at which it was not read values from those around: a motion is smooth, a torque may jump.
@@ -93,6 +109,38 @@ impl Channel {
 }
 
 impl Data {
+    /// Leaves out blank cells: of two sensors in one table each may have rows of its own.
+    ///
+    /// # Errors
+    ///
+    /// An [`Error`] for positions that are missing for so long that nobody knows how the arm moved.
+    pub(super) fn leave_out_blank(&mut self, recording: &Recording) -> Result<(), Error> {
+        let mut columns = Vec::new();
+        for channel in &mut self.channels {
+            let all = channel.values.iter().enumerate();
+            let blank = all.filter(|(_, value)| value.is_nan()).map(|(row, _)| row);
+            let rows: Vec<usize> = blank.collect();
+            if rows.is_empty() {
+                continue;
+            }
+            channel.leave_out(&rows);
+            let is_long = |gap: &Range<usize>| {
+                let [from, to] = gap_ends(gap, &self.time);
+                let is_at_end = gap.start == 0 || gap.end == self.time.len();
+                to - from > if is_at_end { NEAR } else { LONGEST_GAP }
+            };
+            if channel.quantity == Quantity::Position && channel.gaps().iter().any(is_long) {
+                recording.group(channel.quantity.stem(), self.n, Dimension::ANGLE)?;
+            }
+            channel.fill(&self.time);
+            columns.push((channel.name.clone(), rows.len()));
+        }
+        if !columns.is_empty() {
+            self.notes.push(Note::Blank { recording: recording.name.clone(), columns });
+        }
+        Ok(())
+    }
+
     /// Leaves out single cells that are far outside anything else their sensor shows; `limits` are those of the joints.
     pub(super) fn leave_out_wild(&mut self, recording: &Recording, limits: &[JointLimits]) {
         let mut columns = Vec::new();
@@ -173,18 +221,14 @@ impl Data {
         let mut blind = Vec::new();
         let time = &self.time;
         for joint in self.channels.iter().filter(|c| c.quantity == Quantity::Position) {
-            let rows = joint.readings(time).0;
-            let is_guess = |t: &f64| {
-                let next = rows.partition_point(|read| read < t);
-                let (before, after) = (next.checked_sub(1), rows.get(next));
-                let (Some(before), Some(after)) = (before, after) else {
-                    return rows.get(next) != Some(t);
-                };
-                after > t && after - rows[before] > NEAR
-            };
-            if !joint.unread.is_empty() {
-                blind.resize(time.len(), false);
-                blind.iter_mut().zip(time).for_each(|(blind, t)| *blind |= is_guess(t));
+            for gap in joint.gaps() {
+                let [from, to] = gap_ends(&gap, time);
+                if to - from > NEAR {
+                    let more = if to - from > AROUND { AROUND } else { 0.0 };
+                    blind.resize(time.len(), false);
+                    let is_inside = |t: f64| t > from - more && t < to + more;
+                    blind.iter_mut().zip(time).for_each(|(blind, t)| *blind |= is_inside(*t));
+                }
             }
         }
         blind
@@ -215,6 +259,11 @@ impl Data {
         };
         time.iter().map(moves).collect()
     }
+}
+
+/// Returns when the rows before and after a gap were taken, or the first and the last row where there are none, s.
+fn gap_ends(gap: &Range<usize>, time: &[f64]) -> [f64; 2] {
+    [time[gap.start.saturating_sub(1)], time[gap.end.min(time.len() - 1)]]
 }
 
 /// Returns how far from the middle of its column a cell of a sensor is wild. `usual` is what the largest column of the sensor
@@ -387,5 +436,19 @@ mod tests {
         joints.for_each(|channel| channel.values[380..440].fill(0.5));
         data.leave_out_held("log");
         assert_eq!(read_of(&data).len(), 1000);
+    }
+
+    /// What nobody measured of a motion for a while is a guess, and so is what was measured of it nearby.
+    #[test]
+    fn rows_without_a_motion_are_blind_and_single_ones_are_not() {
+        let mut data = turning(|row, torque| torque(row));
+        data.channels[0].leave_out(&[100]);
+        assert!(data.blind().is_empty());
+        data.channels[0].leave_out(&[200, 201, 202, 203]);
+        let blind = data.blind();
+        let rows: Vec<usize> = (0..1000).filter(|row| blind[*row]).collect();
+        assert_eq!(rows, [200, 201, 202, 203]);
+        data.channels[2].leave_out(&(500..530).collect::<Vec<usize>>());
+        assert_eq!(data.blind().iter().filter(|is_blind| **is_blind).count(), 4 + 30 + 20);
     }
 }

@@ -100,6 +100,7 @@ impl Data {
     /// unit, or a recording that holds nothing of an arm.
     pub fn new(recording: &Recording, n: usize, limits: &[JointLimits]) -> Result<Self, Error> {
         let mut data = Self::columns(recording, n, true)?;
+        data.leave_out_blank(recording)?;
         data.drop_unmeasured(&recording.name);
         data.leave_out_wild(recording, limits);
         data.drop_repeats(&recording.name);
@@ -123,10 +124,18 @@ impl Data {
         Self::columns(recording, n, false)
     }
 
-    /// Takes an arm's channels out of a recording as they are; angles of a motion without jumps of whole turns.
+    /// Takes an arm's channels out of a recording as they are; angles of a motion without jumps of whole turns, and what was measured
+    /// of it NaN where cells are blank.
     fn columns(recording: &Recording, n: usize, moves: bool) -> Result<Self, Error> {
         let unwrapped = |values: &[f64]| if moves { unwrapped(values) } else { values.to_vec() };
         let group = |stem: &str, dimension| recording.group(stem, n, dimension);
+        let measured = |stem: &str, dimension| {
+            if moves {
+                recording.group_with_blanks(stem, n, dimension)
+            } else {
+                group(stem, dimension)
+            }
+        };
         for stem in ["q_cmd", "q", "dq", "tau"] {
             let given = recording.group_len(stem);
             if given > n {
@@ -154,8 +163,8 @@ impl Data {
         for (quantity, dimension, level) in kinds {
             let of_current = currents.filter(|_| quantity == Quantity::Torque);
             let columns = match of_current {
-                Some(stem) => group(stem, Dimension::CURRENT)?,
-                None => group(quantity.stem(), dimension)?,
+                Some(stem) => measured(stem, Dimension::CURRENT)?,
+                None => measured(quantity.stem(), dimension)?,
             };
             let Some(columns) = columns else { continue };
             for (index, values) in columns.into_iter().enumerate() {
@@ -179,7 +188,11 @@ impl Data {
         let axes = ["tcp_x", "tcp_y", "tcp_z"];
         if axes.iter().any(|name| recording.has(name)) {
             for (index, name) in axes.into_iter().enumerate() {
-                let values = recording.column(name, Dimension::LENGTH)?.to_vec();
+                let values = if moves {
+                    recording.column_with_blanks(name, Dimension::LENGTH)?.to_vec()
+                } else {
+                    recording.column(name, Dimension::LENGTH)?.to_vec()
+                };
                 let level = levels.tcp_m.as_ref();
                 channels.push(channel(Quantity::Tip, index, name.into(), values, level));
             }
@@ -347,7 +360,7 @@ fn keep<T>(values: &mut Vec<T>, is_kept: &[bool]) {
 pub(super) fn unwrapped(values: &[f64]) -> Vec<f64> {
     use std::f64::consts::{PI, TAU};
     let mut turns = 0.0;
-    let mut last = values.first().copied().unwrap_or(0.0);
+    let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
     values
         .iter()
         .map(|&value| {
@@ -356,16 +369,19 @@ pub(super) fn unwrapped(values: &[f64]) -> Vec<f64> {
             } else if last - value > PI {
                 turns += TAU;
             }
-            last = value;
+            if value.is_finite() {
+                last = value;
+            }
             value + turns
         })
         .collect()
 }
 
-/// Moves an angle by whole turns so that it begins next to another.
+/// Moves an angle by whole turns so that its first value is next to another's.
 fn near(values: &mut [f64], other: &[f64]) {
     use std::f64::consts::TAU;
-    let turns = ((other[0] - values[0]) / TAU).round() * TAU;
+    let first = values.iter().position(|value| value.is_finite()).unwrap_or(0);
+    let turns = ((other[first] - values[first]) / TAU).round() * TAU;
     for value in values {
         *value += turns;
     }

@@ -35,6 +35,13 @@ pub enum Note {
         /// The columns, each with the lines of the file, as far as it has any, and the times, s.
         columns: Vec<(String, Vec<usize>, Vec<f64>)>,
     },
+    /// Cells are blank.
+    Blank {
+        /// Which recording.
+        recording: String,
+        /// The columns, each with how many cells of it are.
+        columns: Vec<(String, usize)>,
+    },
     /// A sensor is read less often than the log is written.
     Held {
         /// Which recording.
@@ -96,6 +103,11 @@ impl fmt::Display for Note {
                     if n == 1 { "cell is" } else { "cells are" },
                     places.join("; ")
                 )
+            }
+            Self::Blank { recording, columns } => {
+                let columns = columns.iter().map(|(column, n)| format!("{n} of `{column}`"));
+                let columns: Vec<String> = columns.collect();
+                write!(f, "{recording}: cells are blank and not judged: {}", columns.join(", "))
             }
             Self::Held { recording, stem, new, rows } => write!(
                 f,

@@ -1,5 +1,6 @@
 //! As many rows of a recording as a search needs; what it finds is judged on all of them.
 
+use super::channels::{Channel, Quantity};
 use super::plant::Course;
 
 /// Rows closer than this say little more of an arm than every other of them, s.
@@ -26,8 +27,12 @@ impl Course {
             let taken = |k: f64| (k * share).floor();
             taken(stretch.floor() + 1.0) > taken(stretch.floor())
         };
-        // Of rows that say the same, the first at which most sensors were read.
-        let silent = |row: &usize| self.data.channels.iter().filter(|c| !c.is_read(*row)).count();
+        // Of rows that say the same, the first at which most of the sensors that are judged were read.
+        let is_judged = |c: &&Channel| {
+            self.closed_loop || matches!(c.quantity, Quantity::Torque | Quantity::Tip)
+        };
+        let judged: Vec<&Channel> = self.data.channels.iter().filter(is_judged).collect();
+        let silent = |row: &usize| judged.iter().filter(|c| !c.is_read(*row)).count();
         let kept: Vec<usize> = (0..rows)
             .step_by(every)
             .filter(|row| is_kept(*row))
