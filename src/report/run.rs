@@ -396,6 +396,10 @@ pub fn ending(run: &Run, style: Style) -> String {
             "\n  {:.1} s: {:.1} perceiving, {:.1} planning, {:.1} simulating, {:.1} on the arm",
             t.total, t.perceive, t.plan, t.simulate, t.execute
         );
+        // Of a record that does not say nothing is told.
+        if t.pictures > 0.0 {
+            let _ = write!(text, ", {:.1} drawing pictures", t.pictures);
+        }
         if t.waiting >= 0.05 {
             let _ = write!(text, ", {:.1} s waiting for you", t.waiting);
         }

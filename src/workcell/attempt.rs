@@ -27,10 +27,8 @@ const WIDTH_OF_REHEARSAL: u32 = 240;
 impl WorkCell {
     /// Rehearses and performs until the task is done or given up.
     pub(super) fn attempt(&mut self, on: &mut UnderWay<'_>) -> Result<(), Error> {
-        let begin = self.now();
         self.audience.phase("plan", wording::choosing());
         let candidates = self.candidates_from(on.graph, on.start)?;
-        on.run.timing_s.plan += self.now() - begin;
         self.scripts.context().set_past(Past::default());
         let mut tried_branches = BTreeMap::new();
         let mut used: BTreeMap<String, u32> = BTreeMap::new();

@@ -77,9 +77,9 @@ pub struct Water {
 /// Seconds of wall time.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Timing {
-    /// Calibrating and looking.
+    /// Calibrating and looking, also at the end.
     pub perceive: f64,
-    /// Building and choosing the graph.
+    /// Choosing from the graph, at first and after a failure.
     pub plan: f64,
     /// Rehearsing in the twin.
     pub simulate: f64,
@@ -88,6 +88,9 @@ pub struct Timing {
     /// Waiting for a person's word between, while the arm held still.
     #[serde(default)]
     pub waiting: f64,
+    /// Drawing and keeping the pictures that were left to draw when all else was done. Records of older programs do not say.
+    #[serde(default)]
+    pub pictures: f64,
     /// All of it.
     pub total: f64,
 }

@@ -154,7 +154,8 @@ impl WorkCell {
             .perceive()
             .and_then(|()| self.check_needs(&graph))
             .and_then(|()| self.align_robot());
-        run.timing_s.perceive = self.now() - begin;
+        let perceived_at = self.now();
+        run.timing_s.perceive = perceived_at - begin;
         perceived?;
         let start = self.state()?;
         run.start = Some(start.clone());
@@ -177,6 +178,11 @@ impl WorkCell {
         let mut on = UnderWay { graph, start, run: &mut *run, recorder, album, filming };
         let attempted = self.attempt(&mut on);
         let UnderWay { album, .. } = on;
+        let attempted_at = self.now();
+        let time = &mut run.timing_s;
+        // What neither rehearses nor performs chooses what is done next.
+        let counted = time.simulate + time.execute + time.waiting;
+        time.plan = (attempted_at - perceived_at - counted).max(0.0);
         if attempted.is_err() || run.outcome != Ending::Success {
             self.scripts.context().body().cut_short();
         }
@@ -193,10 +199,13 @@ impl WorkCell {
             }
             attempted => attempted,
         };
+        let judged_at = self.now();
+        run.timing_s.perceive += judged_at - attempted_at;
         let newest = album.finish();
         if let Some(recorder) = recorder {
             recorder.lock().unwrap_or_else(PoisonError::into_inner).keep_whole(&newest);
         }
+        run.timing_s.pictures = self.now() - judged_at;
         judged
     }
 

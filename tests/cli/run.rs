@@ -36,7 +36,8 @@ fn the_script_that_is_shipped_pours() {
     assert!((target + source + spilt - 150.0).abs() <= 0.035 * 150.0, "{water}");
     assert_eq!(water["measured_by"], "lab");
     let time = &run["timing_s"];
-    let parts = ["perceive", "plan", "simulate", "execute"].map(|part| number(&time[part]));
+    let parts = ["perceive", "plan", "simulate", "execute", "pictures"];
+    let parts = parts.map(|part| number(&time[part]));
     assert!(parts.iter().all(|&part| part >= 0.0), "{time}");
     assert!(parts.iter().sum::<f64>() <= number(&time["total"]) + 1e-6, "{time}");
     let steps = run["steps"].as_array().unwrap();

@@ -17,6 +17,7 @@ mod recorder;
 mod matching;
 mod shapes;
 mod spots;
+mod timing;
 mod tools;
 mod trials;
 mod turned;
