@@ -10,6 +10,7 @@ use crate::world::colour::colour_word;
 use crate::world::region::TABLE;
 use crate::world::{Intrinsics, Region, Shape, Unknown};
 
+use super::calibrate::Visited;
 use super::calibrate::arm::ArmFit;
 
 // What lines of scripts do.
@@ -365,9 +366,27 @@ pub(super) fn back_from_touch_off() -> String {
     "back to where the arm stood before the touch-off".to_owned()
 }
 
-/// How many of the points to visit the camera does not see.
-pub(super) fn outside_picture(outside: usize) -> String {
-    if outside == 0 { String::new() } else { format!(", {outside} of them outside the picture") }
+/// At how many of the points to visit the arm's marker was seen, and why not at the others.
+pub(super) fn seen_too_rarely(visited: &Visited) -> String {
+    let Visited { seen, reached, outside, out_of_reach, in_the_way, points, needed } = *visited;
+    let others = [
+        (out_of_reach, "out of reach"),
+        (in_the_way, "with something in the way"),
+        (outside, "outside the picture"),
+    ];
+    let others = others.iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!("{n} {why}"));
+    let others = others.collect::<Vec<_>>().join(", ");
+    if reached == 0 {
+        return format!(
+            "the arm took none of the poses that show its marker ball, with a level hand or a steep one, at {points} points over the \
+             table: {others}; the offset needs at least {needed}"
+        );
+    }
+    let others = if others.is_empty() { others } else { format!(" ({others})") };
+    format!(
+        "the marker ball was seen at {seen} of {reached} points that the arm came to, of {points} in all{others}; the offset needs at \
+         least {needed}"
+    )
 }
 
 // What fails in a device that is ours.

@@ -7,13 +7,11 @@
 use std::panic::resume_unwind;
 use std::thread::{JoinHandle, spawn};
 
-use nalgebra::{Vector2, Vector3};
-
 use crate::alignment::ball::{BallSighting, find_marker_ball};
 use crate::alignment::camera_fit::{self, Refine, refine_camera};
 use crate::alignment::image_map::{self, Pair, fit_map};
 use crate::alignment::marks::find_marks;
-use crate::world::frame::{Tool, World};
+use crate::world::frame::{Flange, Tool, World};
 use crate::world::{Camera, Point, Pose, Scene, Window};
 
 use super::calibration::Calibration;
@@ -22,10 +20,13 @@ use super::context::ActionContext;
 use super::error::ActionError;
 use super::wording;
 use crate::arm::Plate;
-use crate::motion::robot::Marker;
-use crate::trace::{Event, NoWay};
+use crate::motion::robot::{Marker, Robot};
+use crate::trace::{Event, NoWay, Why};
 
 pub mod arm;
+mod visits;
+
+use visits::{Visit, visits};
 
 /// Which regressions are in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,22 +61,27 @@ pub enum Error {
     #[error("the camera cannot be aligned: the robot's side file describes no marker ball")]
     NoMarker,
     /// The arm's marker was seen too rarely.
-    #[error(
-        "the marker ball was seen at {seen} of {reached} points that the arm came to, of {visited} in all{}; the offset needs at \
-         least {needed}", wording::outside_picture(*outside)
-    )]
-    Unseen {
-        /// Where it was seen.
-        seen: usize,
-        /// Where it was looked for: the points that the arm came to.
-        reached: usize,
-        /// The points at which the camera does not see it, by where camera and arm are thought to be.
-        outside: usize,
-        /// The points that it was to come to, and these.
-        visited: usize,
-        /// How many are needed.
-        needed: usize,
-    },
+    #[error("{}", wording::seen_too_rarely(.0))]
+    Unseen(Visited),
+}
+
+/// What became of the points at which the arm was to show its marker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Visited {
+    /// Where the marker was seen.
+    pub seen: usize,
+    /// Where it was looked for: the points that the arm came to.
+    pub reached: usize,
+    /// The points at which the camera does not see it, by where camera and arm are thought to be.
+    pub outside: usize,
+    /// The others whose pose is out of the arm's reach.
+    pub out_of_reach: usize,
+    /// The others where something is in the way, or the limits refuse the way there.
+    pub in_the_way: usize,
+    /// The points that it was to come to: all of these.
+    pub points: usize,
+    /// How many it has to be seen at.
+    pub needed: usize,
 }
 
 /// Fits regressions 1 and 2, those that are switched on, and puts them in force on the action context. Nothing
@@ -204,7 +210,7 @@ fn left_on_table(camera: &Camera, points: &[camera_fit::Sighting]) -> Option<f64
 
 /// Stops after which more would say little: 24 numbers, for the 16 unknowns of [`arm`] (six of the base, seven zeros,
 /// three of the gripper). With half of them there are fewer numbers than unknowns and the priors decide; with twice
-/// as many the touch-off takes twice as long and goes through nearly all of the thirty points of [`visits`].
+/// as many the touch-off takes twice as long and goes through nearly all of the thirty points of [`visits()`].
 const WANTED: usize = 12;
 
 /// How far an arm may be from where it says before regression 3, m: twice the most that was seen in the laboratory (8
@@ -246,6 +252,145 @@ fn sighted(
     near.or_else(|| look(camera, None))
 }
 
+/// Whether the arm came to a point to visit, and if not, why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Came {
+    There,
+    /// The ball would be outside the picture, so it was not tried.
+    Outside,
+    OutOfReach,
+    /// Something is in the way, or the limits refuse the way there.
+    InTheWay,
+}
+
+/// What became of a point to visit.
+#[derive(Debug, Clone, Copy)]
+struct Tried {
+    came: Came,
+    /// Whether the ball is in the picture there, by where camera and arm are thought to be.
+    is_shown: bool,
+}
+
+/// A touch-off under way.
+struct TouchOff<'a> {
+    robot: &'a Robot,
+    scene: &'a Scene,
+    camera: Camera,
+    ball: Marker,
+    /// The middle of the ball.
+    marker: Point<Flange>,
+    marker_in_tool: Point<Tool>,
+    stops: Vec<arm::Stop>,
+    /// The ball is looked for while the arm goes on.
+    looking: Option<JoinHandle<Option<arm::Stop>>>,
+}
+
+impl TouchOff<'_> {
+    /// Waits for what was seen last.
+    fn look(&mut self) {
+        if let Some(looking) = self.looking.take() {
+            self.stops.extend(looking.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        }
+    }
+
+    /// Whether there are as many stops as are wanted.
+    fn is_enough(&mut self) -> bool {
+        if self.stops.len() + usize::from(self.looking.is_some()) >= WANTED {
+            self.look();
+        }
+        self.stops.len() >= WANTED
+    }
+
+    /// Tells how much is done after so many points of all.
+    fn tell(&self, context: &ActionContext, n: usize, points: usize) {
+        context.tell(&Event::Progress {
+            what: "touch-off".into(),
+            fraction: (self.stops.len() as f64 / WANTED as f64).max(n as f64 / points as f64),
+        });
+    }
+
+    /// Brings the tool to a pose and begins to look for the ball. A pose whose ball is outside the picture is passed over, and
+    /// so is one that cannot be reached among the objects, or that the limits refuse.
+    fn visit(
+        &mut self,
+        context: &mut ActionContext,
+        at: &Pose<World, Tool>,
+    ) -> Result<Tried, Error> {
+        let (camera, ball, marker) = (self.camera, self.ball, self.marker);
+        let ball_at = *at * self.marker_in_tool;
+        let shown = camera.project(ball_at);
+        let is_shown = shown.is_some_and(|pixel| camera.intrinsics.contains(pixel));
+        let tried = |came| Ok(Tried { came, is_shown });
+        if around(&camera, ball_at, ball.radius).is_none() {
+            return tried(Came::Outside);
+        }
+        match context.visit(at) {
+            Ok(()) => {}
+            Err(ActionError::NoWay(NoWay { why: Why::OutOfReach { .. }, .. })) => {
+                return tried(Came::OutOfReach);
+            }
+            Err(ActionError::NoWay(_) | ActionError::Limit(_)) => return tried(Came::InTheWay),
+            Err(error) => return Err(error.into()),
+        }
+        context.wait(REST)?;
+        let Some(plate) = context.body().plate().map_err(ActionError::from)? else {
+            return tried(Came::There);
+        };
+        let q = context.reported_q()?;
+        let expected = self.robot.forward(&q).ok().and_then(|base_from_flange| {
+            let world_from_base = self.scene.world_from_base;
+            around(&camera, world_from_base * (base_from_flange * marker), ball.radius)
+        });
+        self.look();
+        self.looking = Some(spawn(move || {
+            let seen = sighted(&plate, &camera, expected, &ball)?;
+            Some(arm::Stop { q, pixel: seen.pixel, sigma: seen.sigma })
+        }));
+        tried(Came::There)
+    }
+
+    /// Has the arm visit points; returns what became of each.
+    fn go_round(
+        &mut self,
+        context: &mut ActionContext,
+        visits: &[Visit],
+    ) -> Result<Vec<Tried>, Error> {
+        let mut all = Vec::with_capacity(visits.len());
+        for (n, visit) in visits.iter().enumerate() {
+            if self.is_enough() {
+                break;
+            }
+            self.tell(context, n, visits.len());
+            all.push(self.visit(context, &visit.level())?);
+        }
+        self.look();
+        if self.stops.len() >= arm::NEEDED {
+            return Ok(all);
+        }
+        // An arm that points down whatever it does takes none of these: a steep hand, where it was not level.
+        for (n, (visit, tried)) in visits.iter().zip(&mut all).enumerate() {
+            if tried.came == Came::There {
+                continue;
+            }
+            if self.is_enough() {
+                break;
+            }
+            self.tell(context, n, visits.len());
+            for at in visit.steep(self.marker_in_tool, &self.camera) {
+                let steep = self.visit(context, &at)?;
+                if steep.came != Came::Outside {
+                    *tried = steep;
+                }
+                if steep.came == Came::There {
+                    break;
+                }
+            }
+        }
+        self.look();
+        Ok(all)
+    }
+}
+
 /// Regression 3: the arm visits points, the camera says where the marker ball is.
 fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Result<(), Error> {
     let Cell { scene, robot, .. } = context.declared().clone();
@@ -253,55 +398,19 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
         return Err(Error::NoMarker);
     };
     let start = context.planned_q().to_vec();
-    let mut stops = Vec::new();
-    // The ball is looked for while the arm goes on.
-    let mut looking: Option<JoinHandle<Option<arm::Stop>>> = None;
-    let found = |looking: &mut Option<JoinHandle<_>>| {
-        let stop = looking.take().map(JoinHandle::join)?;
-        stop.unwrap_or_else(|panic| resume_unwind(panic))
-    };
     let visits = visits(&scene);
-    let visited = visits.len();
-    let (mut reached, mut outside) = (0, 0);
-    let marker_in_tool = robot.flange_from_tool().inverse() * marker;
-    for (n, at) in visits.into_iter().enumerate() {
-        if stops.len() + usize::from(looking.is_some()) >= WANTED {
-            stops.extend(found(&mut looking));
-        }
-        if stops.len() >= WANTED {
-            break;
-        }
-        context.tell(&Event::Progress {
-            what: "touch-off".into(),
-            fraction: (stops.len() as f64 / WANTED as f64).max(n as f64 / visited as f64),
-        });
-        let ball_at = at * marker_in_tool;
-        let (camera, lens) = (calibration.camera, calibration.camera.intrinsics);
-        let shown = camera.project(ball_at);
-        outside += usize::from(shown.is_none_or(|pixel| !lens.contains(pixel)));
-        if around(&camera, ball_at, ball.radius).is_none() {
-            continue;
-        }
-        // A point that cannot be reached among the objects, or that the limits refuse, is passed over.
-        match context.visit(&at) {
-            Ok(()) => {}
-            Err(ActionError::NoWay(_) | ActionError::Limit(_)) => continue,
-            Err(error) => return Err(error.into()),
-        }
-        reached += 1;
-        context.wait(REST)?;
-        let Some(plate) = context.body().plate().map_err(ActionError::from)? else { continue };
-        let q = context.reported_q()?;
-        let expected = robot.forward(&q).ok().and_then(|base_from_flange| {
-            around(&camera, scene.world_from_base * (base_from_flange * marker), ball.radius)
-        });
-        stops.extend(found(&mut looking));
-        looking = Some(spawn(move || {
-            let seen = sighted(&plate, &camera, expected, &ball)?;
-            Some(arm::Stop { q, pixel: seen.pixel, sigma: seen.sigma })
-        }));
-    }
-    stops.extend(found(&mut looking));
+    let mut touch_off = TouchOff {
+        robot: &robot,
+        scene: &scene,
+        camera: calibration.camera,
+        ball,
+        marker,
+        marker_in_tool: robot.flange_from_tool().inverse() * marker,
+        stops: Vec::new(),
+        looking: None,
+    };
+    let tried = touch_off.go_round(context, &visits)?;
+    let stops = touch_off.stops;
     // Back to where it hid nothing.
     context.move_to(&start, None, BACK_SPEED).map_err(|error| match error {
         ActionError::NoWay(no_way) => {
@@ -310,8 +419,7 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
         other => other,
     })?;
     if stops.len() < arm::NEEDED {
-        let (seen, needed) = (stops.len(), arm::NEEDED);
-        return Err(Error::Unseen { seen, reached, outside, visited, needed });
+        return Err(Error::Unseen(visited(&tried, stops.len())));
     }
     let fit = arm::fit_arm(
         &robot,
@@ -322,7 +430,7 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
         &arm::Priors::default(),
     )?;
     let used = stops.len() - fit.outliers.len();
-    calibration.notes.push(wording::arm_fitted(used, visited, &fit));
+    calibration.notes.push(wording::arm_fitted(used, visits.len(), &fit));
     calibration.reported_from_real = fit.reported_from_real;
     calibration.zeros = fit.zeros;
     calibration.tool_shift = fit.tool_shift.into();
@@ -330,53 +438,29 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
     Ok(())
 }
 
-/// Bearings of the points to visit from the base, rad, and their distances from it, m: on the table where a level
-/// hand comes low and high (0.5 to 0.72 m, and 6 cm before it), and 32 deg to either side, which is 0.33 m across at
-/// the far end, as wide as the marks on the table of the kitchen. Chosen: at half of it turns of the base are not
-/// told from shifts; at twice it points are behind the arm or out of its reach (0.9 m with the arm straight).
-const BEARINGS: [f64; 5] = [-0.55, -0.28, 0.0, 0.28, 0.55];
-const DISTANCES: [f64; 3] = [0.44, 0.54, 0.64];
-/// Heights of the points over the table, m, and how much higher the second round is. Chosen: from a grasp of a jar of
-/// 14 cm lifted clear to where it is poured from; at half of it the hand is among the objects, at twice it the arm is
-/// where it never works, and joint 4 ends where a level hand is 0.275 m high at 0.5 m (a base on the table). A point that
-/// is out of reach is passed over. By inverse kinematics the stdlib's three arms reach 27 to 30 of the thirty from a base
-/// 0.3 m below the table to 0.4 m over it.
-const HEIGHTS: [f64; 3] = [0.17, 0.23, 0.29];
-const HIGHER: f64 = 0.07;
-/// Turns of the hand from its bearing, rad, and its pitches: a zero of a joint or a gripper beside its place shows
-/// only when the hand turns. Chosen: 52 deg is what a grasp from aside or a pour has; at half of it shift and turn of
-/// the gripper are told apart half as well, at twice it the hand points back to the base and the arm is in the
-/// picture before its ball.
-const ASIDE: [f64; 5] = [0.0, 0.9, -0.9, 0.45, -0.45];
-const PITCHES: [f64; 2] = [0.0, 0.35];
-
-/// Points over the table, near and far, left and right, low and high, the hand ahead and aside, level and
-/// pitched down: as it will come to take and to pour, since an error is known where it was looked at.
-fn visits(scene: &Scene) -> Vec<Pose<World, Tool>> {
-    let base = scene.world_from_base.origin().xy();
-    let mut visits = Vec::new();
-    // The second round, higher and turned otherwise, is for what stands in the way of the first.
-    for (round, higher) in [(0, 0.0), (1, HIGHER)] {
-        for (i, bearing) in BEARINGS.into_iter().enumerate() {
-            for (j, reach) in DISTANCES.into_iter().enumerate() {
-                let height = HEIGHTS[(i + j) % HEIGHTS.len()] + higher;
-                let aside = ASIDE[(2 * i + 3 * j + 2 * round) % ASIDE.len()];
-                let pitch = PITCHES[(i + j) % PITCHES.len()];
-                let at = base + reach * Vector2::new(bearing.cos(), bearing.sin());
-                let at = Vector3::new(at.x, at.y, height);
-                visits.push(super::plan::side_pose(at, bearing + aside, pitch));
-            }
-        }
+/// Counts what became of the points, the ball seen at `seen` of them.
+fn visited(tried: &[Tried], seen: usize) -> Visited {
+    let count = |is: &dyn Fn(&Tried) -> bool| tried.iter().filter(|&tried| is(tried)).count();
+    let shown = |came: Came| count(&|tried: &Tried| tried.is_shown && tried.came == came);
+    Visited {
+        seen,
+        reached: count(&|tried| tried.came == Came::There),
+        outside: count(&|tried| !tried.is_shown),
+        out_of_reach: shown(Came::OutOfReach),
+        in_the_way: shown(Came::InTheWay),
+        points: tried.len(),
+        needed: arm::NEEDED,
     }
-    visits
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
     use crate::world::{Intrinsics, Table};
 
-    fn scene(base: Vector3<f64>) -> Scene {
+    pub(super) fn scene(base: Vector3<f64>) -> Scene {
         let (size, colour) = (Vector3::new(1.2, 0.8, 0.02), [200; 3]);
         let lens = Intrinsics::centred(900.0, 1280, 720);
         Scene {
@@ -395,20 +479,6 @@ mod tests {
             calibration: None,
             robot: "gen3_2f85".into(),
             world_from_base: Pose::upright(base.x, base.y, base.z, 0.0),
-        }
-    }
-
-    /// On a pedestal of 40 cm the hand was shown to a camera that looks at the table from beside it, where it saw none of 27 points;
-    /// of a base 20 cm below the table all but four were in the table.
-    #[test]
-    fn points_are_over_the_table_wherever_the_base_is() {
-        let on_table = visits(&scene(Vector3::zeros()));
-        for z in [0.4, -0.2] {
-            let base = Vector3::new(0.1, -0.2, z);
-            for (at, level) in visits(&scene(base)).iter().zip(&on_table) {
-                let by = at.origin() - level.origin();
-                assert!((by - Vector3::new(0.1, -0.2, 0.0)).norm() < 1e-12, "{by}");
-            }
         }
     }
 
