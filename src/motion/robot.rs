@@ -8,6 +8,7 @@
 //! take theirs from it. An arm that differs from its file (zeros, mounting) is another [`Robot`].
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -297,6 +298,16 @@ impl Robot {
             if lower < upper {
                 (joint.lower, joint.upper) = (lower, upper);
             }
+        }
+        self
+    }
+
+    /// Returns this robot with ranges that let every joint that turns go a whole turn, half of it to either side.
+    #[must_use]
+    pub fn with_whole_turns(mut self) -> Self {
+        for i in (0..self.joints.len()).filter(|&i| !self.slides(i)).collect::<Vec<_>>() {
+            let joint = &mut self.joints[i];
+            (joint.lower, joint.upper) = (joint.lower.min(-PI), joint.upper.max(PI));
         }
         self
     }

@@ -1,5 +1,7 @@
 //! `robot check`, and the kitchen with the other arms of the stdlib.
 
+use std::fs;
+
 use serde_json::Value;
 
 use crate::program::{Scratch, project};
@@ -79,6 +81,36 @@ fn a_home_from_which_no_run_begins_is_told() {
     let found = low["found"].as_str().unwrap();
     assert!(found.contains("arm is 20 mm from") && found.contains("40 mm are kept"), "{found}");
     assert_eq!(at(0.12)["state"], "ok");
+}
+
+/// "Another place of the base" was advised whatever kept the hand from every place.
+#[test]
+fn what_keeps_the_hand_from_every_place_is_told_with_what_to_write() {
+    let scratch = Scratch::new("cli-robot-check-reach");
+    let stdlib = |name: &str| {
+        fs::read_to_string(project(&format!("stdlib/robots/ur5e_2f85/{name}"))).unwrap()
+    };
+    let reach = |from: &str, to: &str| {
+        let arm = stdlib("ur5e_2f85.urdf");
+        assert_eq!(arm.matches(from).count(), 1, "{from}");
+        scratch.file("arm.urdf", arm.replace(from, to));
+        let document = scratch.trueup(&["robot", "check", "arm.urdf", "--json"]).json();
+        let mut checks = document["checks"].as_array().unwrap().iter();
+        let reach = checks.find(|check| check["name"] == "reach").unwrap();
+        assert_eq!(reach["state"], "missing", "{reach}");
+        ["found", "write"].map(|key| reach[key].as_str().unwrap().to_owned())
+    };
+    scratch.file("robot.toml", stdlib("robot.toml"));
+    let turns = "rpy=\"0 0 0\"/><axis xyz=\"0 0 1\"/><limit lower=\"-6.283185307179586\" upper=\"6.283185307179586\"";
+    let wrist = format!("<origin xyz=\"-0.3922 0 0.1333\" {turns}");
+    let narrow = wrist.replace("6.283185307179586", "0.3");
+    let [found, write] = reach(&wrist, &narrow);
+    assert!(found.contains("0 of 8") && found.contains("the range of wrist_1_joint"), "{found}");
+    assert!(write.starts_with("<limit") && write.contains("wrist_1_joint"), "{write}");
+    let ball = "<origin xyz=\"0.0011 -0.0021 -0.0276\"/><geometry><sphere radius=\"0.0421\"/>";
+    let [found, write] = reach(ball, &ball.replace("0.0421", "0.3"));
+    assert!(found.contains("wrist_3_link") && found.contains(" overlap by "), "{found}");
+    assert!(write.contains("shapes") && write.contains("wrist_3_link"), "{write}");
 }
 
 /// The cheapest run that grasps: the twin alone, which is as its model says, and one candidate.

@@ -9,6 +9,7 @@ pub mod problem;
 pub mod robot;
 pub mod finding;
 pub mod robot_check;
+mod robot_reach;
 pub mod rows;
 pub mod see;
 pub mod segment;

@@ -3,34 +3,26 @@
 //! A robot in, findings out; every finding that is not in order says what to write. What is checked is what the other
 //! layers ask of a robot: no rule of theirs is repeated here, they are asked.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
-use std::fmt::Write as _;
+use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Vector3};
 
 use super::finding::{CheckAnswer, Finding, State, Use};
+use super::robot_reach::{Reach, reach};
 use crate::execution::calibrate::DOUBT;
-use crate::execution::plan::side_pose;
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::fault::Note;
-use crate::motion::ik::{Options, Solver};
+use crate::motion::ik::Solver;
 use crate::motion::robot::{Drive, Motion, Robot};
 use crate::motion::solid::Solid;
-use crate::world::frame::{Base, Flange, Pose};
 
-/// Where a level hand is tried, m: the places of the laboratory's objects lie between these distances from the base
-/// (`radius_m` of its `placement`), and a jar of 14 cm is taken this high.
-const DISTANCES: [f64; 4] = [0.55, 0.60, 0.65, 0.70];
-const HEIGHT: f64 = 0.09;
-/// How far the hand points down in `level_side` and `tilted_side` of `pick`, rad.
-const PITCHES: [f64; 2] = [0.0, 20.0 * std::f64::consts::PI / 180.0];
 /// Directions further from parallel than this are another axis: the cosine of 2.5 deg.
 const ALONG: f64 = 0.999;
 /// A joint that may turn farther than this from zero, rad, has its range in degrees, as a rule.
 const MANY_TURNS: f64 = 5.0 * TAU;
 
 /// What the table is called among obstacles.
-const TABLE: &str = "table";
+pub(super) const TABLE: &str = "table";
 
 /// Answers `robot check`.
 pub fn check(robot: &Robot) -> CheckAnswer {
@@ -423,35 +415,10 @@ impl List<'_> {
         if robot.tool().is_none() {
             return;
         }
-        let solver = Solver::new(robot);
-        let world = over_table(robot, 0.0);
-        let near = robot.pose("home").unwrap_or_default().to_vec();
-        let free = |q: &[f64]| world.free(q);
-        let reaches = |distance: f64, pitch: f64| {
-            let tool = side_pose(Vector3::new(distance, 0.0, HEIGHT), 0.0, pitch);
-            let base_from_tip = tool.isometry() * robot.flange_from_tool().inverse().isometry();
-            let target: Pose<Base, Flange> = Pose::new(base_from_tip);
-            solver.solve(&target, &Options::first(&near), &free).is_ok()
-        };
-        let count = |pitch: f64| DISTANCES.into_iter().filter(|&d| reaches(d, pitch)).count();
-        let (tried, reached) =
-            (DISTANCES.len() * PITCHES.len(), PITCHES.into_iter().map(count).sum::<usize>());
-        let mut found = format!(
-            "a hand that is level or points 20 deg down comes to {reached} of {tried} places 0.55 to 0.70 m ahead, 9 cm over the table"
-        );
-        if reached == 0 {
-            let down = count(FRAC_PI_2);
-            if down > 0 {
-                let _ = write!(
-                    found,
-                    "; one that points straight down comes to {down} of {}, and takes from above",
-                    DISTANCES.len()
-                );
-            }
-            let write = "another place of the base in the scene: `robot NAME at (x, y, z)`";
-            self.wrong(("reach", State::Missing, Use::Pour), found, write);
-        } else {
-            self.add("reach", Use::Pour, found);
+        let Reach { found, write } = reach(robot, &over_table(robot, 0.0));
+        match write {
+            Some(write) => self.wrong(("reach", State::Missing, Use::Pour), found, write),
+            None => self.add("reach", Use::Pour, found),
         }
     }
 }
