@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
 use super::ik::Solver;
 use super::polyline::l2;
+use super::reserve::Reserve;
 use super::robot::Robot;
 use crate::world::frame::Pose;
 
@@ -54,7 +55,7 @@ impl Cone {
         let candidates = if solver.closed_form().is_some() {
             solver.at_joint_3(&target, q[2], q)
         } else {
-            solver.descend_from(&target, q, 0.0).into_iter().collect()
+            solver.descend_from(&target, q, Reserve::NONE).into_iter().collect()
         };
         candidates.into_iter().min_by(|a, b| l2(a, q).total_cmp(&l2(b, q)))
     }

@@ -16,6 +16,7 @@ use super::decomposition::Decomposition;
 use super::descent::{Give, descend, random_configuration};
 use super::frames::Frame;
 use super::gate::Gate;
+use super::reserve::Reserve;
 use super::robot::{JointLimits, Motion, Robot};
 use super::solutions::Search;
 use super::unreached::nearest_distance;
@@ -207,19 +208,20 @@ impl<'a> Solver<'a> {
         raw.into_iter().filter_map(|q| self.fit(q, near)).map(|q| q.to_vec()).collect()
     }
 
-    /// Descends from `q` to the target, `reserve` rad inside the limits or where `q` is farther out: the solution a
+    /// Descends from `q` to the target, `reserve` inside the limits or where `q` is farther out: the solution a
     /// small motion leads to.
     pub fn descend_from(
         &self,
         target: &Pose<Base, Flange>,
         q: &[f64],
-        reserve: f64,
+        reserve: Reserve,
     ) -> Option<Vec<f64>> {
-        let ends = |(joint, q): (&JointLimits, &f64)| {
-            let (lower, upper) = (joint.lower + reserve, joint.upper - reserve);
+        let ends = |(i, (joint, q)): (usize, (&JointLimits, &f64))| {
+            let room = reserve.of(self.robot, i);
+            let (lower, upper) = (joint.lower + room, joint.upper - room);
             (lower.min(*q).max(joint.lower), upper.max(*q).min(joint.upper))
         };
-        let ranges: Vec<_> = self.robot.joints().iter().zip(q).map(ends).collect();
+        let ranges: Vec<_> = self.robot.joints().iter().zip(q).enumerate().map(ends).collect();
         let mut q = q.to_vec();
         let target = Frame::of(target.isometry());
         descend(self.robot, &target, &mut q, Some(&ranges), self.give).then_some(q)

@@ -41,6 +41,7 @@ mod scratch;
 mod moments;
 mod links;
 pub mod robot;
+pub mod reserve;
 pub mod revise;
 pub mod kinematics;
 pub mod gripper;

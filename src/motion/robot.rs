@@ -285,23 +285,6 @@ impl Robot {
         self
     }
 
-    /// Returns this robot with ranges narrower by `reserve` rad at each end, wide enough all the same for each
-    /// of `within` that its own ranges hold.
-    ///
-    /// A range too narrow for that keeps its ends.
-    #[must_use]
-    pub fn with_reserve(mut self, reserve: f64, within: &[&[f64]]) -> Self {
-        for (i, joint) in self.joints.iter_mut().enumerate() {
-            let values = || within.iter().filter_map(|q| q.get(i).copied());
-            let lower = values().fold(joint.lower + reserve, f64::min).max(joint.lower);
-            let upper = values().fold(joint.upper - reserve, f64::max).min(joint.upper);
-            if lower < upper {
-                (joint.lower, joint.upper) = (lower, upper);
-            }
-        }
-        self
-    }
-
     /// Returns this robot with ranges that let every joint that turns go a whole turn, half of it to either side.
     #[must_use]
     pub fn with_whole_turns(mut self) -> Self {
@@ -404,7 +387,7 @@ impl Robot {
         })
     }
 
-    /// Returns the first joint that is more than `slack` outside its range, if any.
+    /// Returns the first joint that is more than `slack` outside its range, rad or m, if any: room for rounding.
     pub fn outside_limits(&self, q: &[f64], slack: f64) -> Option<usize> {
         (0..self.n_joints())
             .find(|&i| q[i] < self.joints[i].lower - slack || q[i] > self.joints[i].upper + slack)
@@ -429,34 +412,4 @@ fn only_urdf(folder: &Path) -> Result<Option<PathBuf>, Error> {
         }
     }
     Ok(found)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_reserve_narrows_ranges_but_never_shuts_a_given_position_out() {
-        let robot = Robot::gen3();
-        let own: Vec<(f64, f64)> = robot.joints().iter().map(|j| (j.lower, j.upper)).collect();
-        let mut near = vec![0.0; 7];
-        near[3] = own[3].1 - 0.001;
-        // Outside its own range a position stays outside.
-        near[5] = own[5].0 - 0.2;
-        let narrow = robot.with_reserve(0.01, &[&near]);
-        for (i, joint) in narrow.joints().iter().enumerate() {
-            let (lower, upper) = own[i];
-            if joint.continuous {
-                assert!(joint.lower.is_infinite() && joint.upper.is_infinite());
-                continue;
-            }
-            let expected = match i {
-                3 => (lower + 0.01, upper - 0.001),
-                5 => (lower, upper - 0.01),
-                _ => (lower + 0.01, upper - 0.01),
-            };
-            let off = (joint.lower - expected.0).abs() + (joint.upper - expected.1).abs();
-            assert!(off < 1e-12, "joint {}: {} {}", i + 1, joint.lower, joint.upper);
-        }
-    }
 }

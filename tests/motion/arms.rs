@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Point3, Vector3};
 use trueup::motion::collision::CollisionWorld;
 use trueup::motion::dynamics::{Bodies, Dynamics};
+use trueup::motion::reserve::Reserve;
 use trueup::motion::robot::Drive;
 use trueup::motion::solid::Solid;
 use trueup::motion::{Robot, ik};
@@ -91,11 +92,12 @@ fn a_descent_stays_near_and_inside_the_reserve() {
     let robot = robot("panda");
     let solver = ik::Solver::new(&robot);
     let mut q = robot.pose("home").unwrap().to_vec();
+    let reserve = Reserve { turning: 0.02, sliding: 0.02 };
     for step in 0..40 {
         let mut target = *robot.forward(&q).unwrap().isometry();
         target.translation.vector +=
             Vector3::new(0.004, if step % 2 == 0 { 0.003 } else { 0.0 }, 0.0);
-        let next = solver.descend_from(&trueup::world::Pose::new(target), &q, 0.02).unwrap();
+        let next = solver.descend_from(&trueup::world::Pose::new(target), &q, reserve).unwrap();
         let far = q.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(far < 0.05, "step {step}: {far} rad");
         assert!(robot.outside_limits(&next, -0.02 + 1e-12).is_none());

@@ -1,6 +1,7 @@
 //! Poses of the tip that lie close together are followed by the joints, on one branch and without a jump.
 
 use crate::motion::ik::Solver;
+use crate::motion::reserve::Reserve;
 use crate::world::Pose;
 use crate::world::frame::{Base, Flange};
 
@@ -11,9 +12,9 @@ use super::RESERVE;
 /// far. Chosen: with half of it ways past such positions are lost, with twice as much a change of branch may pass for
 /// motion.
 const JUMP: f64 = 0.25;
-/// The share of [`RESERVE`] that a path may come nearer to the end of a range than its beginning does. Chosen: at 1 no
-/// room is left to the end, at a quarter paths along an end break off where the curve would still be inside.
-const FOLLOWED: f64 = 0.5;
+/// How far a path that is followed keeps from the ends of a range: half of [`RESERVE`], which its beginning keeps. Chosen: at
+/// nothing no room is left to the end, at three quarters paths along an end break off where the curve would still be inside.
+const FOLLOWED: Reserve = RESERVE.times(0.5);
 /// How far joint 3 is moved, rad, in the order tried, when a pose has no solution where it is. Chosen: the small shift
 /// keeps the elbow nearly still, the large one is below half of [`JUMP`], so that the other joints may follow.
 const ELBOW_SHIFTS: [f64; 5] = [0.0, 0.04, -0.04, 0.1, -0.1];
@@ -37,7 +38,7 @@ pub(super) fn follow(
         return follow_numerically(solver, tip, last).ok_or(0.0);
     }
     let step = |q: &Vec<f64>| distance(q, last);
-    let inside = |q: &Vec<f64>| solver.robot().outside_limits(q, -FOLLOWED * RESERVE).is_none();
+    let inside = |q: &Vec<f64>| solver.robot().at_an_end(q, FOLLOWED).is_none();
     let nearest = |found: Vec<Vec<f64>>| {
         found.into_iter().filter(inside).min_by(|a, b| step(a).total_cmp(&step(b)))
     };
@@ -64,7 +65,7 @@ fn follow_numerically(
         if let Some(elbow) = start.get_mut(2) {
             *elbow += shift;
         }
-        let q = solver.descend_from(tip, &start, FOLLOWED * RESERVE)?;
+        let q = solver.descend_from(tip, &start, FOLLOWED)?;
         (distance(&q, last) <= JUMP).then_some(q)
     })
 }

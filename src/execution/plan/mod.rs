@@ -33,6 +33,7 @@ use crate::motion::Error;
 use crate::motion::budget::Budget;
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::ik::{self, Solver};
+use crate::motion::reserve::Reserve;
 use crate::motion::robot::Robot;
 use crate::motion::solid::Solid;
 use crate::motion::trajectory::{self, Trajectory};
@@ -54,11 +55,12 @@ pub use way::Way;
 pub(super) use work::lowest;
 pub use work::{Stir, Stroke, Wipe};
 
-/// How far plans keep from the ends of a joint's range, rad: a smooth curve through planned points
+/// How far plans keep from the ends of a joint's range: a smooth curve through planned points
 /// swings a little past them, and what is measured may ask for a little more than was planned. Chosen: 1.7 deg. Half of
 /// it is what [`follow`] lets a path use, so with less nothing would be left for the curve; twice as much takes 2 % of
-/// the range of joint 4, which limits where a level hand can be.
-const RESERVE: f64 = 0.03;
+/// the range of joint 4, which limits where a level hand can be. A slide that carries a hand over the table goes no farther
+/// than the hand between two points of a path, 5 mm, and what is measured is off by a millimetre: 2 mm of its way.
+const RESERVE: Reserve = Reserve { turning: 0.03, sliding: 0.002 };
 /// How much higher than the limits ask plans keep the tool above the table, m: corners are cut, and the arm
 /// is a little beside where it is sent. Chosen: with half of it the limits, which ask for 5 mm, refuse ways that were
 /// planned; with twice as much nothing is gained, since a hand grasps no lower than 55 mm, and what was
@@ -188,7 +190,7 @@ impl Planner {
         }
         let options = ik::Options { sweep: SWEEP, ..ik::Options::near(near) };
         let robot = self.robot();
-        let inside = |q: &[f64]| robot.outside_limits(q, -RESERVE).is_none();
+        let inside = |q: &[f64]| robot.at_an_end(q, RESERVE).is_none();
         let found = Solver::new(robot).giving_way().solve(&self.tip(tool), &options, &inside);
         found.map_err(|unreachable| unreachable.nearest)
     }

@@ -9,15 +9,18 @@ use crate::motion::budget::Budget;
 use crate::motion::escape;
 use crate::motion::free;
 use crate::motion::ik::Solver;
+use crate::motion::reserve::Reserve;
 use crate::motion::rrt::{self, Cone};
 use crate::trace::NoWay;
 
 use super::Planner;
 
-/// How far free motions keep from the ends of a joint's range, rad: half a degree, since their corners are cut on the inside. Chosen:
-/// with half of it a curve timed along a path that runs at the end of a range may be refused by the limits; more than half of
-/// [`super::RESERVE`] (0.86 deg) it may not be, or a free motion could not come to where a way that [`super::follow`] found begins.
-const END_RESERVE: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// How far free motions keep from the ends of a joint's range: half a degree, and half a millimetre of a slide, since their corners
+/// are cut on the inside. Chosen: with half of it a curve timed along a path that runs at the end of a range may be refused by the
+/// limits; more than half of [`super::RESERVE`] (0.86 deg, 1 mm) it may not be, or a free motion could not come to where a way that
+/// [`super::follow`] found begins.
+const END_RESERVE: Reserve =
+    Reserve { turning: 0.5 * std::f64::consts::PI / 180.0, sliding: 0.0005 };
 /// What is in the hand may be off by so much, m: things put on others by a hand were 8 to 19 mm off (`docs/results.md`), and a
 /// jar that was led over the rim of a cup at less caught it and pulled it over.
 const SLID: f64 = 0.010;
