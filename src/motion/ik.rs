@@ -19,7 +19,7 @@ use super::gate::Gate;
 use super::reserve::Reserve;
 use super::robot::{JointLimits, Motion, Robot};
 use super::solutions::Search;
-use super::unreached::nearest_distance;
+use super::unreached;
 use crate::world::frame::{Base, Flange, Pose};
 
 /// How near an arm with fewer joints than a pose has directions need come. Chosen: a millimetre is what things are seen to,
@@ -64,9 +64,12 @@ impl Options {
 pub struct Unreachable {
     /// What stands in the way.
     pub reason: Reason,
-    /// How far from the target the tip can come with the wanted orientation, m: the smallest distance
-    /// found. For [`Reason::Collision`] 0, since the pose itself can be reached.
+    /// How far from the target the tip can come with the wanted orientation, m, or where that cannot be had with another: the
+    /// smallest distance found. For [`Reason::Collision`] 0, since the pose itself can be reached, and for
+    /// [`Reason::Orientation`], since the place can.
     pub nearest: f64,
+    /// Whether the tip has the wanted orientation there.
+    pub is_turned: bool,
 }
 
 /// What stands in the way of a pose.
@@ -74,6 +77,8 @@ pub struct Unreachable {
 pub enum Reason {
     /// No joint positions at all reach it.
     OutOfReach,
+    /// Joint positions inside the limits reach its place, and none turn the tip so.
+    Orientation,
     /// Only joint positions outside the limits reach it.
     Limits,
     /// The filter refused every solution.
@@ -85,6 +90,7 @@ impl Reason {
     pub fn word(self) -> &'static str {
         match self {
             Self::OutOfReach => "out_of_reach",
+            Self::Orientation => "orientation",
             Self::Limits => "limits",
             Self::Collision => "collision",
         }
@@ -286,7 +292,7 @@ impl<'a> Solver<'a> {
         options: &Options,
     ) -> Unreachable {
         if search.refused {
-            return Unreachable { reason: Reason::Collision, nearest: 0.0 };
+            return Unreachable { reason: Reason::Collision, nearest: 0.0, is_turned: true };
         }
         let mut outside = search.outside;
         let mut free = near.to_vec();
@@ -295,10 +301,16 @@ impl<'a> Solver<'a> {
             outside |= descend(self.robot, target, &mut free, None, self.give);
             free = random_configuration(self.robot, &mut random);
         }
-        let reason = if outside { Reason::Limits } else { Reason::OutOfReach };
         let form = self.closed_form();
-        let nearest = nearest_distance(self.robot, form, target, near, options.seed);
-        Unreachable { reason, nearest }
+        let nearest = unreached::nearest(self.robot, form, target, near, options.seed);
+        let reason = if outside {
+            Reason::Limits
+        } else if !nearest.is_turned && nearest.distance <= 0.0 {
+            Reason::Orientation
+        } else {
+            Reason::OutOfReach
+        };
+        Unreachable { reason, nearest: nearest.distance, is_turned: nearest.is_turned }
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! The orientation is kept and the position given way, inside the joint limits: a damped least-squares descent from
 //! a few starts. Where the arm has a closed form, these are its solutions for the pose moved to where its links
-//! reach, brought into the limits: they lie in the right valley already.
+//! reach, brought into the limits: they lie in the right valley already. Where no start ends in the orientation, the arm
+//! cannot turn so: from where each ended the position is kept then, and the orientation gives way.
 //!
 //! Source: Levenberg-Marquardt; Nocedal and Wright, *Numerical Optimization*, 2006, §10.3.
 
@@ -20,6 +21,14 @@ use super::robot::Robot;
 
 /// The orientation weighs so much more that it gives way by less than a thousandth of a radian.
 const TURN_WEIGHT: f64 = 30.0;
+/// That thousandth, rad: where the position is had, and pulls at nothing, what is off by more lacks the orientation.
+const KEPT: f64 = 1e-3;
+/// The orientation weighs so much less that a turn by half a circle takes the position along by a hundredth of a millimetre.
+const LOOSE_WEIGHT: f64 = 1e-3;
+/// What is off by more lacks the orientation wherever it is, rad: a position that is metres off pulls at it.
+const TURNED: f64 = 0.02;
+/// What is off by less has the position, m: half of the millimetre that distances are rounded to.
+const THERE: f64 = 5e-4;
 /// Starts when nothing is known of the arm.
 const BLIND: usize = 24;
 /// Starts from a closed form, besides the position at hand.
@@ -27,14 +36,24 @@ const GUIDED: usize = 3;
 /// Values of joint 3 these are chosen from.
 const SWEEP: u32 = 12;
 
-/// Returns how near the tip comes with the wanted orientation, m: the least over several starts.
-pub(super) fn nearest_distance(
+/// The nearest that the tip comes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Nearest {
+    /// How far from the wanted position, m; 0 where it has that and lacks the orientation alone.
+    pub(super) distance: f64,
+    /// Whether it has the wanted orientation then.
+    pub(super) is_turned: bool,
+}
+
+/// Returns how near the tip comes with the wanted orientation, or where it cannot be had without: the least over several
+/// starts.
+pub(super) fn nearest(
     robot: &Robot,
     form: Option<&ClosedForm>,
     target: &Frame,
     near: &[f64],
     seed: u64,
-) -> f64 {
+) -> Nearest {
     let mut starts = vec![near.to_vec()];
     if let Some(form) = form {
         starts.extend(guided(robot, form, target, near));
@@ -45,13 +64,26 @@ pub(super) fn nearest_distance(
     }
     let mut least = f64::INFINITY;
     for q in &mut starts {
-        least = least.min(approach(robot, target, q));
+        let (distance, turn) = approach(robot, target, q, TURN_WEIGHT);
+        if turn > TURNED {
+            continue;
+        }
+        if distance < THERE && turn > KEPT {
+            return Nearest { distance: 0.0, is_turned: false };
+        }
+        least = least.min(distance);
     }
-    if least.is_infinite() {
-        // The orientation itself cannot be had: the position alone is what is left to say.
-        least = (robot.tip_frame(near).origin - target.origin).norm();
+    if least.is_finite() {
+        return Nearest { distance: least, is_turned: true };
     }
-    least
+    for q in &mut starts {
+        let (distance, _) = approach(robot, target, q, LOOSE_WEIGHT);
+        if distance < THERE {
+            return Nearest { distance: 0.0, is_turned: false };
+        }
+        least = least.min(distance);
+    }
+    Nearest { distance: least, is_turned: false }
 }
 
 /// Positions of the joints inside the limits from which the tip is near the target, by the closed form.
@@ -77,9 +109,9 @@ fn guided(robot: &Robot, form: &ClosedForm, target: &Frame, near: &[f64]) -> Vec
     found.iter().filter(|(outside, _)| outside.is_finite()).map(|(_, q)| q.to_vec()).collect()
 }
 
-/// Goes as near to the target as the limits allow while the orientation is kept; returns the distance
-/// of the positions, m, or infinity if the orientation was not reached.
-fn approach(robot: &Robot, target: &Frame, q: &mut [f64]) -> f64 {
+/// Goes as near to the target as the limits allow, a radian of its orientation as far off as `weight` m of its position; returns
+/// how far the position is off, m, and the orientation, rad.
+fn approach(robot: &Robot, target: &Frame, q: &mut [f64], weight: f64) -> (f64, f64) {
     let n = q.len();
     let (mut jacobian, mut beside) = (vec![0.0; 6 * n], vec![0.0; 6 * n]);
     let (mut normal, mut step, mut tried) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
@@ -89,7 +121,7 @@ fn approach(robot: &Robot, target: &Frame, q: &mut [f64]) -> f64 {
         let mut error = frame_error(&robot.jacobian_into(q, jacobian), target);
         for six in jacobian.chunks_exact_mut(6).chain([error.as_mut_slice()]) {
             for x in &mut six[3..] {
-                *x *= TURN_WEIGHT;
+                *x *= weight;
             }
         }
         error
@@ -140,5 +172,5 @@ fn approach(robot: &Robot, target: &Frame, q: &mut [f64]) -> f64 {
         }
     }
     let e = frame_error(&robot.tip_frame(q), target);
-    if e.fixed_rows::<3>(3).norm() < 0.02 { e.fixed_rows::<3>(0).norm() } else { f64::INFINITY }
+    (e.fixed_rows::<3>(0).norm(), e.fixed_rows::<3>(3).norm())
 }

@@ -155,3 +155,45 @@ fn a_pose_taken_with_joints_2_4_and_6_at_their_limits_is_solved() {
         }
     }
 }
+
+/// A hand that always points down: on a rail, with two joints about upright axes, a slide and a last one that turns it.
+const SCARA: &str = r#"<robot name="scara"><link name="base"/><link name="cart"/><link name="s1"/><link name="s2"/><link name="s3"/>
+  <link name="s4"/><link name="flange"/>
+  <joint name="rail" type="prismatic"><parent link="base"/><child link="cart"/>
+    <axis xyz="0 1 0"/><limit lower="-0.6" upper="0.6" velocity="0.8" effort="400"/></joint>
+  <joint name="j1" type="revolute"><parent link="cart"/><child link="s1"/><origin xyz="0 0 0.6"/>
+    <axis xyz="0 0 1"/><limit lower="-2.4" upper="2.4" velocity="2" effort="150"/></joint>
+  <joint name="j2" type="revolute"><parent link="s1"/><child link="s2"/><origin xyz="0.4 0 0.11"/>
+    <axis xyz="0 0 1"/><limit lower="-2.5" upper="2.5" velocity="2" effort="100"/></joint>
+  <joint name="j3" type="prismatic"><parent link="s2"/><child link="s3"/><origin xyz="0.35 0 0"/>
+    <axis xyz="0 0 -1"/><limit lower="0" upper="0.45" velocity="0.6" effort="200"/></joint>
+  <joint name="j4" type="revolute"><parent link="s3"/><child link="s4"/><origin xyz="0 0 -0.12"/>
+    <axis xyz="0 0 1"/><limit lower="-3.14" upper="3.14" velocity="3" effort="40"/></joint>
+  <joint name="jf" type="fixed"><parent link="s4"/><child link="flange"/><origin xyz="0 0 -0.09" rpy="3.141592653589793 0 0"/></joint>
+</robot>"#;
+
+/// A place that is reached with the hand pointing down was "374 mm out of reach" of a hand pointing level, and 495 mm with
+/// another `--near`: the distance of that position from the place.
+#[test]
+fn an_orientation_that_cannot_be_had_is_told_apart_from_a_place_out_of_reach() {
+    let robot = Robot::from_urdf(SCARA, None).unwrap();
+    let solver = Solver::new(&robot);
+    let half = std::f64::consts::FRAC_PI_2;
+    let level = UnitQuaternion::from_euler_angles(half, 0.0, half);
+    let leaning = UnitQuaternion::from_euler_angles(std::f64::consts::PI - 0.015, 0.0, 0.0);
+    for near in [[0.0, 0.0, 0.0, 0.225, 0.0], [0.1, 0.5, 0.5, 0.2, 0.0]] {
+        let why = |x: f64, turn: UnitQuaternion<f64>| {
+            let target = Isometry3::from_parts(Translation3::new(x, 0.1, 0.3), turn);
+            solver.solve(&Pose::new(target), &Options::near(&near), &|_| true).unwrap_err()
+        };
+        for turn in [level, leaning] {
+            let told = why(0.45, turn);
+            assert_eq!((told.reason, told.is_turned), (Reason::Orientation, false));
+            assert!(told.nearest.abs() < 1e-12);
+        }
+        // The arm is 0.75 m long.
+        let far = why(2.0, level);
+        assert_eq!((far.reason, far.is_turned), (Reason::OutOfReach, false));
+        assert!((far.nearest - 1.25).abs() < 0.01, "{}", far.nearest);
+    }
+}

@@ -70,9 +70,10 @@ pub enum IkSolution {
     NotFound {
         /// Always false.
         found: bool,
-        /// `out_of_reach`, `limits` or `collision`.
+        /// `out_of_reach`, `orientation`, `limits` or `collision`.
         reason: &'static str,
-        /// How near the tip comes with the wanted orientation, m.
+        /// How near the tip comes with the wanted orientation, m, or where the arm cannot have that with another; 0 where the
+        /// orientation alone is what cannot be had.
         nearest_m: f64,
     },
 }
