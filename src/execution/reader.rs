@@ -96,6 +96,11 @@ impl<'a> Reader<'a> {
         self.evaluate(state, |evaluator| evaluator.region(expr))
     }
 
+    /// Returns why the arm does not get at an object, from a face where one is named; `None` when it does.
+    pub fn why_unreachable(&self, object: &str, face: Option<&str>) -> Option<Why> {
+        self.facts.0.borrow_mut().reachable(object, face).err().map(|no| no.why)
+    }
+
     fn evaluate<T>(&self, state: &WorldState, ask: impl FnOnce(&Evaluator<'_>) -> T) -> T {
         ask(&Evaluator {
             scene: self.scene,

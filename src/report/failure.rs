@@ -301,6 +301,8 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
             return format!("move `{}` nearer to the arm", over.target);
         }
         Why::OutOfReach { .. } => "move it nearer to the arm",
+        Why::AtEnd { joint } => return format!("move it to where `{joint}` need not go so far"),
+        Why::NotTurned => "move it, or let the hand come from another side",
         Why::Blocked { .. } | Why::NoPath(_) | Why::NotWithin(_) => {
             "move what is in the way, or make room around it"
         }
@@ -337,7 +339,7 @@ fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
 
 /// Words why a verb of the cell could not be done.
 pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
-    use workcell::Error;
+    use workcell::{Error, Short};
     let words = error.to_string();
     match error {
         Error::Text(wrong) => texts_failure(&wrong.iter().map(|(d, s)| (d, s)).collect::<Vec<_>>(), style),
@@ -371,9 +373,19 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::NotSeen(object) => Failure::no("camera::not_seen", words)
             .at(object.clone())
             .help("clear the view and try again; nothing has moved towards it"),
-        Error::OutOfReach { object, .. } => Failure::no("plan::out_of_reach", words)
-            .at(object.clone())
-            .help(format!("move `{object}` nearer to the arm; nothing has moved")),
+        Error::OutOfReach { object, short, .. } => {
+            let help = match short {
+                Short::By(_) => format!("move `{object}` nearer to the arm"),
+                Short::AtEnd(joint) => {
+                    format!("move `{object}` to where `{joint}` need not go so far")
+                }
+                Short::NotTurned => format!(
+                    "move `{object}`, or mount the hand so that the arm can point it level or down"
+                ),
+            };
+            let failure = Failure::no("plan::out_of_reach", words).at(object.clone());
+            failure.help(format!("{help}; nothing has moved"))
+        }
         Error::NoRoom { target, room, .. } => {
             let less = (0.9e6 * room).floor();
             Failure::no("run::no_room", words)

@@ -42,6 +42,13 @@ pub enum Why {
         /// The smallest distance between the goal and what the tool can reach, m.
         nearest: f64,
     },
+    /// The arm reaches it only where less is left to the end of a joint's range than plans keep.
+    AtEnd {
+        /// The joint.
+        joint: String,
+    },
+    /// The arm reaches it, but cannot turn its hand there as it would have to.
+    NotTurned,
     /// The arm does not reach the place over a thing.
     OverOutOfReach(Over),
     /// Every reachable way touches something.
@@ -241,6 +248,12 @@ impl std::fmt::Display for NoWay {
             Why::OutOfReach { nearest } => {
                 write!(f, "it is {:.0} mm out of reach", nearest * 1e3)
             }
+            Why::AtEnd { joint } => {
+                write!(f, "the arm reaches it only with `{joint}` at the end of its range")
+            }
+            Why::NotTurned => {
+                write!(f, "the arm reaches it, but cannot turn its hand there as it would have to")
+            }
             Why::OverOutOfReach(over) => write!(f, "{over}"),
             Why::Blocked { tried: 0, by } => write!(f, "there is no room; `{by}` is in the way"),
             Why::Blocked { tried, by } => {
@@ -293,6 +306,8 @@ mod tests {
         assert!(said(Why::OutOfReach { nearest: 0.02 }).contains("20 mm out of reach"));
         let far = said(Why::OutOfReach { nearest: FARTHEST_TOLD });
         assert!(!far.contains(" mm"), "{far}");
+        let end = said(Why::AtEnd { joint: "lift".into() });
+        assert!(end.ends_with("only with `lift` at the end of its range"), "{end}");
         // Fingers need room beside the thing.
         let tight = said(Why::TooWide { width: 0.082, opening: 0.085 });
         assert!(tight.contains("too little room"), "{tight}");

@@ -57,14 +57,14 @@ pub enum Error {
     #[error("`{0}` cannot be seen: nothing in the picture looks like it")]
     NotSeen(String),
     /// The arm does not get at an object the call needs; nothing has moved.
-    #[error("{}`{object}` is {:.0} mm out of reach", place_of(*is_filled), .by * 1e3)]
+    #[error("{}", said_of_short(object, *is_filled, short))]
     OutOfReach {
         /// Which.
         object: String,
         /// Whether it is poured into, and nobody grasps it.
         is_filled: bool,
-        /// How far, m.
-        by: f64,
+        /// What is wanting.
+        short: Short,
     },
     /// More is to be poured than goes in; nothing has moved.
     #[error("`{target}` has room for {:.0} mL and runs over beyond; {:.0} mL were to be poured", 1e6 * .room, 1e6 * .amount)]
@@ -154,9 +154,33 @@ pub enum Error {
     Action(#[from] ActionError),
 }
 
-/// Words where the hand has to get for a thing: to it, or above it where it is poured into.
-fn place_of(is_filled: bool) -> &'static str {
-    if is_filled { "the place to pour from, above " } else { "" }
+/// What is wanting where the arm does not get at a thing.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Short {
+    /// So much, m.
+    By(f64),
+    /// Room to the end of this joint's range.
+    AtEnd(String),
+    /// The hand's turn.
+    NotTurned,
+}
+
+/// Words what is wanting where the hand does not get to a thing, or above it where it is poured into.
+fn said_of_short(object: &str, is_filled: bool, short: &Short) -> String {
+    let above = if is_filled { "the place to pour from, above " } else { "" };
+    match short {
+        Short::By(m) if *m < 5e-4 => format!("{above}`{object}` is less than 1 mm out of reach"),
+        Short::By(m) => format!("{above}`{object}` is {:.0} mm out of reach", m * 1e3),
+        Short::AtEnd(joint) => {
+            format!("{above}`{object}` is reached only with `{joint}` at the end of its range")
+        }
+        Short::NotTurned => {
+            let so = if is_filled { "a pour" } else { "a grasp" };
+            format!(
+                "the arm reaches {above}`{object}`, but cannot turn its hand there as {so} needs"
+            )
+        }
+    }
 }
 
 /// Where the twin's water is.
@@ -268,4 +292,23 @@ pub enum NoCorners {
     /// Not all corners are there.
     #[error("{0} of the cube's 6 corners were found")]
     Few(usize),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// "`cup` is 0 mm out of reach", of a cup at which a slide had 20 mm left to its end.
+    #[test]
+    fn what_is_wanting_is_told_and_no_distance_of_nothing() {
+        let said = |short, is_filled| {
+            Error::OutOfReach { object: "cup".into(), is_filled, short }.to_string()
+        };
+        assert_eq!(said(Short::By(0.0434), false), "`cup` is 43 mm out of reach");
+        assert_eq!(said(Short::By(1e-6), false), "`cup` is less than 1 mm out of reach");
+        let end = said(Short::AtEnd("lift".into()), false);
+        assert_eq!(end, "`cup` is reached only with `lift` at the end of its range");
+        let turn = said(Short::NotTurned, true);
+        assert!(turn.ends_with("above `cup`, but cannot turn its hand there as a pour needs"));
+    }
 }

@@ -79,7 +79,7 @@ use roles::{Audience, Controls, Experience, Model, Setup};
 
 pub use devices::{Devices, Laboratory, laboratory, robot_of};
 pub use displaced::Displaced;
-pub use error::{Error, InTwin, NoCorners, NoRun, WhatIf};
+pub use error::{Error, InTwin, NoCorners, NoRun, Short, WhatIf};
 pub use learning::Learnt;
 pub use needs::TILTED;
 pub use options::{CANDIDATES, Options};

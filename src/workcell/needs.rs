@@ -5,8 +5,10 @@ use crate::fluent::Reading;
 use crate::graph::Graph;
 use crate::language::ast::{BinaryOp, Call, Expr, ExprKind};
 use crate::language::text;
+use crate::trace::Why;
 use crate::units::Quantity;
 
+use super::error::Short;
 use super::{Error, WorkCell};
 
 /// A vessel with less in it is empty, m³: a drop and a half, which is what stays on its walls.
@@ -92,7 +94,13 @@ impl WorkCell {
                 Some(("reachable", object)) => {
                     let mut needs = all.iter().filter_map(|part| about(part));
                     let is_filled = needs.any(|(name, o)| name == "room" && o == object);
-                    Error::OutOfReach { object, is_filled, by }
+                    let face = argument(part, 1).and_then(name_of);
+                    let short = match reader.why_unreachable(&object, face) {
+                        Some(Why::AtEnd { joint }) => Short::AtEnd(joint),
+                        Some(Why::NotTurned) => Short::NotTurned,
+                        _ => Short::By(by),
+                    };
+                    Error::OutOfReach { object, is_filled, short }
                 }
                 Some(("room", target)) => {
                     let amount = amount_at(1).unwrap_or(by);
@@ -147,8 +155,14 @@ fn is_call(fluent: &Expr, name: &str) -> bool {
 /// Returns the name and the first argument of a fluent: `reachable` and `cup` of `reachable(cup)`.
 fn about(fluent: &Expr) -> Option<(&str, String)> {
     let ExprKind::Call(call) = &fluent.kind else { return None };
-    match &call.args.first()?.values.first()?.kind {
-        ExprKind::Name(object) => Some((&call.name.text, object.clone())),
+    let object = name_of(call.args.first()?.values.first()?)?;
+    Some((&call.name.text, object.to_owned()))
+}
+
+/// Returns what is a name: `jar`, `side`.
+fn name_of(expr: &Expr) -> Option<&str> {
+    match &expr.kind {
+        ExprKind::Name(name) => Some(name),
         _ => None,
     }
 }

@@ -6,15 +6,16 @@ use nalgebra::{UnitQuaternion, Vector3};
 use trueup::execution::calibration::Calibration;
 use trueup::execution::cell::Cell;
 use trueup::execution::plan::Planner;
-use trueup::motion::Budget;
 use trueup::motion::polyline::mix;
 use trueup::motion::trajectory::{Limits, Trajectory};
+use trueup::motion::{Budget, Robot};
 use trueup::trace::{NoWay, Why};
 use trueup::twin::{Settings, Twin};
 use trueup::world::Pose;
 use trueup::world::frame::{Flange, Object, Tool, World};
 
 use crate::kitchen::HOME;
+use crate::motion::ik::SCARA;
 
 use super::{cell, scripts, state};
 
@@ -228,4 +229,25 @@ fn fingers_that_are_too_short_for_a_thing_are_said_to_be() {
     let NoWay { why: Why::FingersShort { by }, .. } = &error else { panic!("{error}") };
     assert!((by - 0.013).abs() < 1e-6, "{error}");
     assert!(error.to_string().contains("the fingers are 13 mm too short"), "{error}");
+}
+
+/// A hand on a slide over a jar that it takes 84 mm up, with the slide at 416 mm. Of a slide 30 mm were kept at each end, and what
+/// was refused for that was "0 mm out of reach".
+#[test]
+fn a_slide_is_used_to_its_end_and_what_is_beyond_names_it() {
+    let reachable = |upper: &str, face: Option<&str>| {
+        let text = SCARA.replace(r#"upper="0.45""#, &format!(r#"upper="{upper}""#));
+        let mut cell = cell();
+        cell.robot = Arc::new(Robot::from_urdf(&text, None).unwrap());
+        let (world, q) = (state(&HOME, [0.45, 0.1, 0.0]), vec![0.0, 0.5, 0.9, 0.2, 0.0]);
+        Planner::new(cell, world, q, 0.0, Arc::new(Budget::new(|| false))).reachable("jar", face)
+    };
+    assert_eq!(reachable("0.42", None), Ok(()));
+    assert_eq!(reachable("0.417", None).unwrap_err().why, Why::AtEnd { joint: "j3".into() });
+    let Why::OutOfReach { nearest } = reachable("0.366", None).unwrap_err().why else {
+        panic!("the slide is 50 mm too short")
+    };
+    assert!((nearest - 0.05).abs() < 1e-3, "{nearest}");
+    // It always points down.
+    assert_eq!(reachable("0.45", Some("side")).unwrap_err().why, Why::NotTurned);
 }

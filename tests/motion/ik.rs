@@ -157,7 +157,7 @@ fn a_pose_taken_with_joints_2_4_and_6_at_their_limits_is_solved() {
 }
 
 /// A hand that always points down: on a rail, with two joints about upright axes, a slide and a last one that turns it.
-const SCARA: &str = r#"<robot name="scara"><link name="base"/><link name="cart"/><link name="s1"/><link name="s2"/><link name="s3"/>
+pub(crate) const SCARA: &str = r#"<robot name="scara"><link name="base"/><link name="cart"/><link name="s1"/><link name="s2"/><link name="s3"/>
   <link name="s4"/><link name="flange"/>
   <joint name="rail" type="prismatic"><parent link="base"/><child link="cart"/>
     <axis xyz="0 1 0"/><limit lower="-0.6" upper="0.6" velocity="0.8" effort="400"/></joint>

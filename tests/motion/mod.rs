@@ -5,7 +5,7 @@ mod arms;
 mod benchmaker;
 mod cartesian;
 mod collision;
-mod ik;
+pub(crate) mod ik;
 mod problems;
 mod reference;
 pub(crate) mod robots;

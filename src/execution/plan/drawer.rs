@@ -56,8 +56,8 @@ impl Planner {
             }
             let starts = match self.reach(&at, &self.q) {
                 Ok(starts) => starts,
-                Err(nearest) => {
-                    dropped.out_of_reach(nearest);
+                Err(why) => {
+                    dropped.missed(why);
                     continue;
                 }
             };

@@ -170,8 +170,8 @@ impl Planner {
                 }
                 let solutions = match self.reach(&at, &self.q) {
                     Ok(solutions) => solutions,
-                    Err(nearest) => {
-                        dropped.out_of_reach(nearest);
+                    Err(why) => {
+                        dropped.missed(why);
                         continue;
                     }
                 };
@@ -312,7 +312,7 @@ impl Short {
     /// away: the fingers are too short for it, or do not get where they are long enough.
     fn why(&self, mut dropped: Dropped, opening: f64) -> Why {
         if self.by.is_finite() && self.grips == dropped.blocked.values().sum::<usize>() {
-            if dropped.nearest.is_infinite() {
+            if dropped.is_nowhere_short() {
                 return Why::FingersShort { by: self.by };
             }
             dropped.blocked.clear();

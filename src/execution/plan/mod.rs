@@ -32,7 +32,7 @@ use nalgebra::Vector3;
 use crate::motion::Error;
 use crate::motion::budget::Budget;
 use crate::motion::collision::{CollisionWorld, Obstacle};
-use crate::motion::ik::{self, Solver};
+use crate::motion::ik::{self, Reason, Solver};
 use crate::motion::reserve::Reserve;
 use crate::motion::robot::Robot;
 use crate::motion::solid::Solid;
@@ -107,7 +107,12 @@ pub struct Planner {
 struct Dropped {
     tried: usize,
     blocked: BTreeMap<String, usize>,
+    /// The least that is out of reach, m; 0 of what is reached and cannot be followed.
     nearest: f64,
+    /// A joint at whose end something is reached.
+    at_end: Option<String>,
+    /// Whether something is reached but for how the hand is turned.
+    is_unturned: bool,
     /// The smallest width between fingers that do not open so wide, m.
     narrowest: f64,
 }
@@ -180,19 +185,31 @@ impl Planner {
     ///
     /// # Errors
     ///
-    /// How far out of reach the pose is, m.
-    fn reach(&self, tool: &Pose<World, Tool>, near: &[f64]) -> Result<Vec<Vec<f64>>, f64> {
+    /// [`Why::OutOfReach`], [`Why::AtEnd`] or [`Why::NotTurned`].
+    fn reach(&self, tool: &Pose<World, Tool>, near: &[f64]) -> Result<Vec<Vec<f64>>, Why> {
         let pose = tool.isometry();
         if !pose.translation.vector.iter().all(|x| x.is_finite())
             || !pose.rotation.coords.iter().all(|x| x.is_finite())
         {
-            return Err(f64::INFINITY);
+            return Err(Why::OutOfReach { nearest: f64::INFINITY });
         }
         let options = ik::Options { sweep: SWEEP, ..ik::Options::near(near) };
         let robot = self.robot();
-        let inside = |q: &[f64]| robot.at_an_end(q, RESERVE).is_none();
+        let at_end = std::cell::Cell::new(None);
+        let inside = |q: &[f64]| {
+            let end = robot.at_an_end(q, RESERVE);
+            at_end.set(at_end.get().or(end));
+            end.is_none()
+        };
         let found = Solver::new(robot).giving_way().solve(&self.tip(tool), &options, &inside);
-        found.map_err(|unreachable| unreachable.nearest)
+        found.map_err(|no| match at_end.get() {
+            // Nothing else is refused.
+            Some(joint) if no.reason == Reason::Collision => {
+                Why::AtEnd { joint: robot.joints()[joint].name.clone() }
+            }
+            _ if !no.is_turned && no.nearest <= 0.0 => Why::NotTurned,
+            _ => Why::OutOfReach { nearest: no.nearest },
+        })
     }
 
     /// Follows tool poses with the joints, starting at `q`: one joint position a pose, on one branch.
@@ -354,6 +371,30 @@ impl Dropped {
         self.nearest = self.nearest.min(shortfall);
     }
 
+    /// Takes note of why a pose has no joint positions.
+    fn missed(&mut self, why: Why) {
+        match why {
+            Why::OutOfReach { nearest } => self.out_of_reach(nearest),
+            Why::AtEnd { joint } => self.at_end = self.at_end.take().or(Some(joint)),
+            _ => self.is_unturned = true,
+        }
+    }
+
+    /// Whether no way was dropped for how far the arm gets.
+    fn is_nowhere_short(&self) -> bool {
+        self.nearest.is_infinite() && self.at_end.is_none() && !self.is_unturned
+    }
+
+    /// Returns what of all that the arm does not get to it misses least: what it cannot follow, what it reaches at the end of a
+    /// joint's range, what is nearest, what it cannot turn its hand for.
+    fn missed_least(self) -> Why {
+        match self.at_end {
+            Some(joint) if self.nearest > 0.0 => Why::AtEnd { joint },
+            _ if self.is_unturned && self.nearest.is_infinite() => Why::NotTurned,
+            _ => Why::OutOfReach { nearest: self.nearest },
+        }
+    }
+
     fn too_wide(&mut self, widths: impl Iterator<Item = f64>) {
         self.narrowest = widths.fold(self.narrowest, f64::min);
     }
@@ -362,17 +403,23 @@ impl Dropped {
         *self.blocked.entry(format!("{first} with {second}")).or_default() += 1;
     }
 
-    fn why(self) -> Why {
-        match self.blocked.into_iter().max_by_key(|(_, count)| *count) {
+    fn why(mut self) -> Why {
+        let blocked = std::mem::take(&mut self.blocked);
+        match blocked.into_iter().max_by_key(|(_, count)| *count) {
             Some((by, _)) => Why::Blocked { tried: self.tried, by },
-            None => Why::OutOfReach { nearest: self.nearest.min(FARTHEST_TOLD) },
+            None => match self.missed_least() {
+                Why::OutOfReach { nearest } => {
+                    Why::OutOfReach { nearest: nearest.min(FARTHEST_TOLD) }
+                }
+                why => why,
+            },
         }
     }
 
     /// As [`Self::why`], of ways to take something between fingers that open so wide, m. A hand that points down has more of its
     /// fingers beside the thing, and that may be wider there.
     fn why_no_grip(self, opening: f64) -> Why {
-        let is_width = self.tried == 0 && self.blocked.is_empty() && self.nearest.is_infinite();
+        let is_width = self.tried == 0 && self.blocked.is_empty() && self.is_nowhere_short();
         match self.narrowest {
             width if is_width && width.is_finite() => Why::TooWide { width, opening },
             _ if is_width => Why::NoSides,
@@ -386,6 +433,7 @@ impl Dropped {
             Why::OutOfReach { nearest } => {
                 Why::OverOutOfReach(Over { target: target.to_owned(), nearest })
             }
+            Why::NotTurned => Why::OverOutOfReach(Over { target: target.to_owned(), nearest: 0.0 }),
             why => why,
         }
     }

@@ -193,8 +193,8 @@ impl Planner {
                 }
                 let starts = match self.reach(&down, &self.q) {
                     Ok(found) => found,
-                    Err(nearest) => {
-                        dropped.out_of_reach(nearest);
+                    Err(why) => {
+                        dropped.missed(why);
                         continue;
                     }
                 };

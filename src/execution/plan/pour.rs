@@ -160,8 +160,8 @@ impl Planner {
                     }
                     let solutions = match self.reach(&poses[0], &self.q) {
                         Ok(solutions) => solutions,
-                        Err(nearest) => {
-                            dropped.out_of_reach(nearest);
+                        Err(why) => {
+                            dropped.missed(why);
                             continue;
                         }
                     };

@@ -370,8 +370,8 @@ impl Planner {
         self.goes_on(REACHING + (TRACKING + before.cost()) * poses, 0)?;
         let starts = match self.reach(start, &self.q) {
             Ok(starts) => starts,
-            Err(nearest) => {
-                dropped.out_of_reach(nearest);
+            Err(why) => {
+                dropped.missed(why);
                 return Ok(None);
             }
         };

@@ -4,10 +4,10 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::Vector3;
 
-use crate::trace::{NoWay, Why};
+use crate::trace::NoWay;
 
 use super::grip::SHARES_UP;
-use super::{Planner, REACHING, side_pose};
+use super::{Dropped, Planner, REACHING, side_pose};
 
 /// How high over its base an object must be reached to count as reachable: low as for taking it, as a share of its height (the
 /// first share at which it is grasped), and by a level hand also high as for pouring over it, m above its top. Chosen: a
@@ -28,7 +28,7 @@ impl Planner {
     ///
     /// # Errors
     ///
-    /// How far out of reach it is.
+    /// How far out of reach it is, or what else keeps the hand from it.
     pub fn reachable(&self, o: &str, face: Option<&str>) -> Result<(), NoWay> {
         let what = format!("to reach `{o}`");
         let no = |why| NoWay { what: what.clone(), why };
@@ -40,7 +40,7 @@ impl Planner {
         let down = [((TAKEN_AT * height).max(lowest), FRAC_PI_2)];
         let level = level.into_iter().filter(|_| face != Some("top"));
         let down = down.into_iter().filter(|_| face != Some("side"));
-        let mut nearest = f64::INFINITY;
+        let mut dropped = Dropped::new();
         for (up, pitch) in level.chain(down) {
             for turn in 0..REACHED_FROM {
                 let heading =
@@ -49,10 +49,10 @@ impl Planner {
                 self.goes_on(REACHING, 0).map_err(no)?;
                 match self.reach(&pose, &self.q) {
                     Ok(_) => return Ok(()),
-                    Err(shortfall) => nearest = nearest.min(shortfall),
+                    Err(why) => dropped.missed(why),
                 }
             }
         }
-        Err(no(Why::OutOfReach { nearest }))
+        Err(no(dropped.missed_least()))
     }
 }

@@ -195,7 +195,7 @@ impl Planner {
     pub fn reaches(&self, at: &Pose<World, Tool>) -> Result<Vec<Vec<f64>>, NoWay> {
         let no = |why| NoWay { what: "to get there".to_owned(), why };
         self.goes_on(REACHING, 0).map_err(no)?;
-        let goals = self.reach(at, &self.q).map_err(|nearest| no(Why::OutOfReach { nearest }))?;
+        let goals = self.reach(at, &self.q).map_err(no)?;
         let world = self.obstacles(&[], self.state.opening);
         let mut dropped = Dropped::new();
         let mut free = Vec::new();

@@ -124,8 +124,8 @@ impl Planner {
                 let start = at(0.0, 0.0, up);
                 let starts = match self.reach(&start, &self.q) {
                     Ok(starts) => starts,
-                    Err(nearest) => {
-                        dropped.out_of_reach(nearest);
+                    Err(why) => {
+                        dropped.missed(why);
                         continue;
                     }
                 };
@@ -188,7 +188,7 @@ impl Planner {
                 break;
             }
             match self.reach(&tool, &self.q) {
-                Err(nearest) => dropped.out_of_reach(nearest),
+                Err(why) => dropped.missed(why),
                 Ok(starts) => {
                     for q in starts.into_iter().take(BRANCHES) {
                         dropped.tried += 1;
@@ -291,8 +291,8 @@ impl Planner {
         self.goes_on(REACHING + (TRACKING + world.cost()) * (poses.len() as u64 + 10), 0)?;
         let starts = match self.reach(begin, &self.q) {
             Ok(starts) => starts,
-            Err(nearest) => {
-                dropped.out_of_reach(nearest);
+            Err(why) => {
+                dropped.missed(why);
                 return Ok(None);
             }
         };
