@@ -138,8 +138,17 @@ fn failure(error: &motion::Error) -> Failure {
         motion::Error::Urdf { what: UrdfFault::Xacro } => {
             failure.help("`xacro FILE.xacro > FILE.urdf` makes one (a tool of ROS)")
         }
+        motion::Error::Urdf { what: UrdfFault::Lacks { element, field, .. } }
+            if element != "robot" =>
+        {
+            failure.help(format!("write the {field} of this <{element}>, or take the element out"))
+        }
+        motion::Error::Urdf {
+            what: UrdfFault::Format(_) | UrdfFault::NoLink | UrdfFault::Lacks { .. },
+        } => failure.help("a URDF is XML whose root is `<robot name=\"…\">`"),
+        motion::Error::Urdf { what: UrdfFault::SeveralFiles { .. } } => failure,
         motion::Error::Urdf { .. } => {
-            failure.help("a URDF is XML whose root is `<robot name=\"…\">`")
+            failure.help("correct it in the file, or in what the file is made from")
         }
         motion::Error::NoLink { name, known } => {
             match nearest(name, known.iter().map(String::as_str)) {

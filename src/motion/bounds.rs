@@ -21,28 +21,12 @@ const MOST_LINKS: usize = 1000;
 pub(super) fn check(text: &str) -> Result<(), Error> {
     let fail = |what| Err(Error::Urdf { what });
     let (mut depth, mut links) = (0_usize, 0_usize);
-    let mut rest = text;
-    while let Some(at) = rest.find('<') {
-        rest = &rest[at + 1..];
-        if let Some(end) = ["!--", "![CDATA[", "?"]
-            .into_iter()
-            .zip(["-->", "]]>", "?>"])
-            .find_map(|(begin, end)| rest.strip_prefix(begin).map(|_| end))
-        {
-            rest = rest.find(end).map_or("", |at| &rest[at..]);
-            continue;
-        }
-        let tag = &rest[..tag_end(rest)];
-        rest = &rest[tag.len()..];
-        if tag.starts_with('!') {
-            continue;
-        }
+    for (_, tag) in tags(text) {
         if tag.starts_with('/') {
             depth = depth.saturating_sub(1);
             continue;
         }
-        let name = tag.split(|c: char| c.is_whitespace() || c == '/').next();
-        links += usize::from(name == Some("link"));
+        links += usize::from(name_of(tag) == "link");
         depth += usize::from(!tag.ends_with('/'));
         if depth > DEEPEST {
             return fail(UrdfFault::TooDeep { most: DEEPEST });
@@ -52,6 +36,32 @@ pub(super) fn check(text: &str) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Returns what stands between the brackets of each tag, and where it begins; comments and the like are passed over.
+pub(super) fn tags(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        loop {
+            at += text[at..].find('<')? + 1;
+            let rest = &text[at..];
+            let aside = [("!--", "-->"), ("![CDATA[", "]]>"), ("?", "?>")];
+            if let Some((_, end)) = aside.into_iter().find(|(begin, _)| rest.starts_with(begin)) {
+                at += rest.find(end).unwrap_or(rest.len());
+                continue;
+            }
+            let (begin, tag) = (at, &rest[..tag_end(rest)]);
+            at += tag.len();
+            if !tag.starts_with('!') {
+                return Some((begin, tag));
+            }
+        }
+    })
+}
+
+/// Returns the name of a tag's element.
+pub(super) fn name_of(tag: &str) -> &str {
+    tag.split(|c: char| c.is_whitespace() || c == '/').next().unwrap_or_default()
 }
 
 /// Returns where a tag ends, which a `>` in quotes does not do.

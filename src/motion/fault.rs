@@ -13,6 +13,23 @@ pub enum UrdfFault {
     /// It is not the format at all: what its reader said.
     #[error("{0}")]
     Format(String),
+    /// It is of a robot, and something in it cannot be read: what its reader said.
+    #[error("{0}")]
+    Content(String),
+    /// An element lacks what it needs, an attribute or an element inside.
+    #[error("line {line}: {} has no {field}", said_of_element(element, part, name))]
+    Lacks {
+        /// The element.
+        element: String,
+        /// What it lacks.
+        field: String,
+        /// What it is part of, or is: a link, a joint, a material, the robot.
+        part: String,
+        /// Its name; empty without one.
+        name: String,
+        /// The line on which the element begins.
+        line: usize,
+    },
     /// Elements inside elements inside elements.
     #[error("its elements are nested more than {most} deep")]
     TooDeep {
@@ -144,6 +161,15 @@ pub enum UrdfFault {
     /// A text whose numbers are written in ways that cannot be changed one by one.
     #[error("its numbers cannot be changed without changing others")]
     Entangled,
+}
+
+/// Words an element by what it is part of.
+fn said_of_element(element: &str, part: &str, name: &str) -> String {
+    match (element == part, name) {
+        (true, "") => format!("<{element}>"),
+        (true, name) => format!("<{element}> {name}"),
+        (false, name) => format!("<{element}> of {part} {name}"),
+    }
 }
 
 /// What is wrong with the file beside a URDF.

@@ -21,6 +21,7 @@ pub mod fault;
 pub mod budget;
 mod side;
 mod bounds;
+mod lacking;
 mod tree;
 mod turn;
 pub mod mesh;

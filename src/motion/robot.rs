@@ -15,9 +15,11 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Point3, Translation3, Vector3};
 
+use super::bounds;
 use super::error::Error;
 use super::fault::{Note, UrdfFault};
 use super::frames::{Frame, Frames};
+use super::lacking::lacking;
 pub use super::links::{Drive, Joint, JointLimits, Link, Marker, Motion, Visual};
 use super::mesh;
 use super::tree;
@@ -61,7 +63,17 @@ fn is_xacro(text: &str) -> bool {
 
 /// Says why a text that its reader refuses is none.
 fn not_a_urdf(text: &str, error: &urdf_rs::UrdfError) -> UrdfFault {
-    if is_xacro(text) { UrdfFault::Xacro } else { UrdfFault::Format(error.to_string()) }
+    let said = error.to_string();
+    let root = bounds::tags(text).next().map(|(_, tag)| bounds::name_of(tag));
+    if is_xacro(text) {
+        return UrdfFault::Xacro;
+    }
+    if root != Some("robot") {
+        return UrdfFault::Format(said);
+    }
+    let field = said.split_once("missing field `").and_then(|(_, rest)| rest.split_once('`'));
+    let lacks = field.and_then(|(field, _)| lacking(text, field));
+    lacks.unwrap_or_else(|| UrdfFault::Content(said.trim_start_matches("custom: ").to_owned()))
 }
 
 impl Robot {
@@ -113,7 +125,7 @@ impl Robot {
         meshes: &mesh::Source<'_>,
     ) -> Result<Self, Error> {
         let side = super::side::SideFile::parse(side)?;
-        super::bounds::check(text)?;
+        bounds::check(text)?;
         let mut urdf = urdf_rs::read_from_string(text)
             .map_err(|error| Error::Urdf { what: not_a_urdf(text, &error) })?;
         if urdf.links.is_empty() {

@@ -154,7 +154,8 @@ pub(super) fn jaws(urdf: &urdf_rs::Robot, order: &[Step]) -> Vec<bool> {
 ///
 /// # Errors
 ///
-/// [`Error::Branches`] if the ways part before any joint moved.
+/// [`Error::Branches`] if the ways part before any joint moved, or one of them has more joints than all before it: fingers
+/// have fewer than their arm, and arms more than the column that carries them.
 pub(super) fn default_tip(
     urdf: &urdf_rs::Robot,
     order: &[Step],
@@ -163,12 +164,16 @@ pub(super) fn default_tip(
     let moves = |at: usize| {
         order[at].joint.is_some_and(|j| urdf.joints[j].joint_type != JointType::Fixed) && !jaws[at]
     };
-    // Whether anything at or beyond a link moves.
-    let mut mobile = vec![false; order.len()];
+    let leads =
+        |at: usize| moves(at) && order[at].joint.is_some_and(|j| urdf.joints[j].mimic.is_none());
+    // Whether anything at or beyond a link moves, and how many joints of their own there are on the longest way.
+    let (mut mobile, mut longest) = (vec![false; order.len()], vec![0; order.len()]);
     for at in (0..order.len()).rev() {
         mobile[at] |= moves(at);
-        if let (true, Some(parent)) = (mobile[at], order[at].parent) {
-            mobile[parent] = true;
+        longest[at] += usize::from(leads(at));
+        if let Some(parent) = order[at].parent {
+            mobile[parent] |= mobile[at];
+            longest[parent] = longest[parent].max(longest[at]);
         }
     }
     let mut at = 0;
@@ -186,7 +191,7 @@ pub(super) fn default_tip(
                     last = at;
                 }
             }
-            [..] if passed > 0 => break,
+            [..] if passed > 0 && next.iter().all(|&c| longest[c] <= passed) => break,
             [..] => {
                 return Err(Error::Branches {
                     link: urdf.links[order[at].link].name.clone(),

@@ -57,7 +57,15 @@ fn what_a_bare_urdf_lacks_is_said_with_what_to_write() {
     assert!(said.out.trim_end().ends_with("bare: usable for kinematics"), "{}", said.out);
     // What is no robot is bad input.
     scratch.file("no.urdf", "<robot/>");
-    assert_eq!(scratch.trueup(&["robot", "check", "no.urdf"]).code, 2);
+    let said = scratch.trueup(&["robot", "check", "no.urdf"]);
+    assert!(said.code == 2 && said.err.contains("whose root is `<robot"), "{}", said.err);
+    // What is one, but for an element, is told which.
+    let drawn = r#"<link name="arm"><visual><geometry><box size="1 1 1"/></geometry><material name="m">
+        <texture/></material></visual></link>"#;
+    scratch.file("lacks.urdf", BARE.replace("<link name=\"arm\"/>", drawn));
+    let said = scratch.trueup(&["robot", "check", "lacks.urdf"]);
+    assert!(said.err.contains("line 2: <texture> of link arm has no filename"), "{}", said.err);
+    assert!(said.err.contains("help: write the filename of this <texture>"), "{}", said.err);
     assert_eq!(scratch.trueup(&["robot", "check", "nothing.urdf"]).code, 2);
 }
 

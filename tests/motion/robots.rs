@@ -199,6 +199,11 @@ fn wrong_files_say_what_is_wrong() {
     fails(&TWO_LINKS.replace("<child link=\"hand\"/>", "<child link=\"foot\"/>"), None, "foot");
     fails(&TWO_LINKS.replace("mimic joint=\"l\"", "mimic joint=\"x\""), None, "mimics x");
     fails(
+        &TWO_LINKS.replace("<link name=\"left\"/>", "<link name=\"left\"><visual/></link>"),
+        None,
+        "line 7: <visual> of link left has no geometry",
+    );
+    fails(
         &TWO_LINKS.replace("name=\"b\" type=\"revolute\"", "name=\"b\" type=\"floating\""),
         None,
         "Floating",
@@ -247,4 +252,27 @@ fn a_named_pose_has_as_many_numbers_as_the_arm_has_joints() {
     let half = with("[0.5, 90, -180]", Some("upper")).unwrap();
     assert_eq!(half.pose("home").unwrap().len(), 2);
     assert!(with("[0.5, 90, -180, 0]", Some("upper")).is_err());
+}
+
+/// A PR2's arms of seven joints hang on a column of one, and its `imu_link` was the end of the chain.
+#[test]
+fn a_column_that_carries_arms_is_no_arm_and_a_hand_with_fingers_is() {
+    let joint = |parent: &str, child: &str, kind: &str| {
+        format!(
+            r#"<link name="{child}"/><joint name="j_{child}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
+            <axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="9"/></joint>"#
+        )
+    };
+    let robot = |joints: &[(&str, &str)]| {
+        let moving: String = joints.iter().map(|(a, b)| joint(a, b, "revolute")).collect();
+        let rigid = joint("torso", "imu", "fixed");
+        let text = format!(r#"<robot name="r"><link name="base"/>{moving}{rigid}</robot>"#);
+        Robot::from_urdf(&text, None)
+    };
+    let arms = [("base", "torso"), ("torso", "l1"), ("l1", "l2"), ("torso", "r1"), ("r1", "r2")];
+    let Err(Error::Branches { link, ways }) = robot(&arms) else { panic!("an arm was chosen") };
+    assert_eq!((link.as_str(), ways.join(" ").as_str()), ("torso", "l1 r1"));
+    let fingers = [("base", "torso"), ("torso", "l1"), ("torso", "r1")];
+    let robot = robot(&fingers).unwrap();
+    assert_eq!((robot.n_joints(), robot.links()[robot.tip()].name.as_str()), (1, "imu"));
 }
