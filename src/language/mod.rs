@@ -35,4 +35,4 @@ pub use format::format;
 pub use library::{Library, Scope};
 pub(crate) use parse::is_reserved;
 pub(crate) use parse::lexer::{Kind as TokenKind, tokens};
-pub use parse::{is_incomplete, nearest, parse, parse_line};
+pub use parse::{is_in_block, is_incomplete, nearest, parse, parse_line};

@@ -1,4 +1,4 @@
-//! Completion, hints, colours and multi-line input for the prompt, from texts cached when it was opened:
+//! Completion, hints and colours for the prompt, from texts cached when it was opened:
 //! nothing here asks a device.
 
 use std::borrow::Cow;
@@ -7,7 +7,7 @@ use rustyline::completion::{Completer, Pair};
 use rustyline::highlight::{CmdKind, Highlighter};
 use rustyline::hint::Hinter;
 use rustyline::history::SearchDirection;
-use rustyline::validate::{ValidationContext, ValidationResult, Validator};
+use rustyline::validate::Validator;
 use rustyline::{Context, Result};
 
 use crate::language::assist::{self, CompletionKind, Place};
@@ -20,7 +20,6 @@ use crate::teach::wording::WORDS;
 
 use super::commands::COMMANDS;
 use super::paint::{Known, paint};
-use super::paste;
 
 /// What may be typed, with what completion puts there.
 #[derive(Clone)]
@@ -31,6 +30,8 @@ pub(super) struct Helper {
     colour: bool,
     /// Whether a run is paused and takes words of stepping.
     pub(super) steps: bool,
+    /// The lines before this one, of a statement that is open.
+    pub(super) open: String,
 }
 
 impl Helper {
@@ -41,7 +42,7 @@ impl Helper {
         let fluents = library.fluents().map(|(fluent, _)| fluent.name.text.clone());
         let calls = tasks.chain(actions).chain(fluents).collect();
         let known = Known { calls, objects: scope.objects.keys().cloned().collect() };
-        Self { library, scope, known, colour: style.colour, steps: false }
+        Self { library, scope, known, colour: style.colour, steps: false, open: String::new() }
     }
 
     /// Returns where the word before `pos` begins, and what could stand in its place.
@@ -159,7 +160,9 @@ impl Completer for Helper {
     type Candidate = Pair;
 
     fn complete(&self, line: &str, pos: usize, _: &Context<'_>) -> Result<(usize, Vec<Pair>)> {
-        Ok(self.offers(line, pos))
+        let before = self.open.len();
+        let (start, pairs) = self.offers(&format!("{}{line}", self.open), before + pos);
+        Ok((start.saturating_sub(before), pairs))
     }
 }
 
@@ -174,6 +177,9 @@ impl Hinter for Helper {
         // A call that has just been opened shows what it takes; otherwise the last line like it.
         if let Some(rest) = self.signature(line) {
             return Some(rest);
+        }
+        if !self.open.is_empty() {
+            return None;
         }
         let history = context.history();
         let mut last = history.len().checked_sub(1)?;
@@ -201,15 +207,8 @@ impl Highlighter for Helper {
     }
 }
 
-impl Validator for Helper {
-    fn validate(&self, context: &mut ValidationContext<'_>) -> Result<ValidationResult> {
-        Ok(if paste::is_incomplete(context.input()) {
-            ValidationResult::Incomplete
-        } else {
-            ValidationResult::Valid(None)
-        })
-    }
-}
+/// A line is taken as it is: whether it goes on is asked where lines come from.
+impl Validator for Helper {}
 
 impl rustyline::Helper for Helper {}
 
@@ -252,6 +251,14 @@ mod tests {
         assert_eq!(words[0].replacement, "continue");
         assert_eq!(offered("!po"), (3, Vec::new()));
         assert_eq!(offered("\u{1f600} po").0, 5);
+    }
+
+    #[test]
+    fn a_line_that_goes_on_is_completed_with_those_before_it() {
+        let history = rustyline::history::DefaultHistory::new();
+        let open = Helper { open: "pour(jar,\n".into(), ..helper() };
+        let (start, pairs) = open.complete("  cu", 4, &Context::new(&history)).unwrap();
+        assert_eq!((start, pairs[0].replacement.as_str()), (2, "cup"));
     }
 
     #[test]

@@ -10,6 +10,7 @@ use rustyline::history::DefaultHistory;
 use rustyline::{Config, Editor};
 
 use crate::files;
+use crate::language;
 use crate::report::{self, Failure};
 
 use super::complete::Helper;
@@ -52,8 +53,10 @@ const MOST_LINES: usize = 2000;
 pub(super) struct Terminal {
     editor: Editor<Helper, DefaultHistory>,
     history: Option<PathBuf>,
-    /// Statements that were pasted together and are not done yet.
+    /// Statements that were typed or pasted together and are not done yet.
     pasted: VecDeque<String>,
+    /// Whether it was said how a statement that is open is ended.
+    is_told: bool,
 }
 
 fn broken(error: &ReadlineError) -> Failure {
@@ -65,7 +68,7 @@ fn editor(
     helper: Helper,
     history: DefaultHistory,
 ) -> rustyline::Result<Editor<Helper, DefaultHistory>> {
-    let config = Config::builder().auto_add_history(true).max_history_size(MOST_LINES)?.build();
+    let config = Config::builder().max_history_size(MOST_LINES)?.build();
     let mut editor = Editor::with_history(config, history)?;
     editor.set_helper(Some(helper));
     Ok(editor)
@@ -83,7 +86,28 @@ impl Terminal {
             // A missing history is an empty one.
             let _ = editor.load_history(path);
         }
-        Ok(Self { editor, history, pasted: VecDeque::new() })
+        Ok(Self { editor, history, pasted: VecDeque::new(), is_told: false })
+    }
+
+    /// Adds a statement to the history, as one, and keeps it: a program that is ended from outside has no later moment for it.
+    fn remember(&mut self, statement: &str) {
+        let statement = statement.trim_end();
+        if !statement.is_empty() {
+            // A history that takes nothing more is no reason to leave a line undone.
+            let _ = self.editor.add_history_entry(statement);
+            self.keep_history();
+        }
+    }
+
+    /// Says, once, how a statement is ended that goes on with another line.
+    fn tell_how_it_ends(&mut self, open: &str) {
+        if !std::mem::replace(&mut self.is_told, true) {
+            report::complain(if language::is_in_block(open) {
+                "a block is open: go on, or leave it with Ctrl-C"
+            } else {
+                "the line is not over: go on, or end it with an empty line"
+            });
+        }
     }
 
     /// Keeps the history, whole or not at all: the editor would empty the file before it writes.
@@ -137,20 +161,43 @@ impl LineSource for Terminal {
         if let Some(statement) = self.pasted.pop_front() {
             return Ok(Typed::Statement(statement));
         }
-        match self.editor.readline(prompt) {
-            Ok(typed) => {
-                // A program that is ended from outside has no later moment for it.
-                self.keep_history();
-                self.pasted.extend(paste::statements(&typed));
-                Ok(Typed::Statement(self.pasted.pop_front().unwrap_or_default()))
+        let mut open = String::new();
+        loop {
+            if let Some(helper) = self.editor.helper_mut() {
+                helper.open.clone_from(&open);
             }
-            Err(ReadlineError::Interrupted) => {
-                self.pasted.clear();
-                Ok(Typed::Interrupted)
+            let shown = if open.is_empty() { prompt } else { paste::MORE };
+            let line = match self.editor.readline(shown) {
+                Ok(line) => line,
+                Err(ReadlineError::Interrupted) => {
+                    self.pasted.clear();
+                    return Ok(Typed::Interrupted);
+                }
+                Err(ReadlineError::Eof) if open.is_empty() => return Ok(Typed::End),
+                // Ctrl-D ends the statement first.
+                Err(ReadlineError::Eof) => {
+                    self.remember(&open);
+                    return Ok(Typed::Statement(open));
+                }
+                Err(error) => return Err(broken(&error)),
+            };
+            if !open.is_empty() && paste::ends(&open, &line) {
+                self.remember(&open);
+                self.pasted.push_back(std::mem::take(&mut open));
+                if line.trim().is_empty() {
+                    break;
+                }
             }
-            Err(ReadlineError::Eof) => Ok(Typed::End),
-            Err(error) => Err(broken(&error)),
+            open += &line;
+            if !paste::is_incomplete(&open) {
+                self.remember(&open);
+                self.pasted.extend(paste::statements(&open));
+                break;
+            }
+            self.tell_how_it_ends(&open);
+            open.push('\n');
         }
+        Ok(Typed::Statement(self.pasted.pop_front().unwrap_or_default()))
     }
 }
 
@@ -180,6 +227,9 @@ impl LineSource for Pipe<'_> {
 
     fn next(&mut self, _: &str) -> Result<Typed, Failure> {
         loop {
+            if let Some(statement) = self.lines.take() {
+                return Ok(Typed::Statement(statement));
+            }
             let line = files::read::line(self.input).map_err(|error| {
                 Failure::input("io::read", format!("cannot read input: {error}"))
             })?;
@@ -187,9 +237,7 @@ impl LineSource for Pipe<'_> {
                 let rest = std::mem::take(&mut self.lines).rest();
                 return Ok(rest.map_or(Typed::End, Typed::Statement));
             }
-            if let Some(statement) = self.lines.push(line.trim_end_matches(['\n', '\r'])) {
-                return Ok(Typed::Statement(statement));
-            }
+            self.lines.push(line.trim_end_matches(['\n', '\r']));
         }
     }
 }

@@ -161,6 +161,17 @@ fn input_that_ends_too_early_is_told() {
     assert!(said.out.contains("never closed"), "{}", said.out);
 }
 
+/// The lines after an open parenthesis were swallowed, `:quit` as well, and not mentioned.
+#[test]
+fn an_open_parenthesis_keeps_nothing_from_being_answered() {
+    let scratch = Scratch::new("repl-open");
+    let said = scratch.typed(&["--robot", "twin"], "pour(jar, cup\n\n1+1\npick(jar\n?pour\n");
+    assert_eq!(said.code, 2);
+    assert_eq!(said.out.matches("`(` is never closed").count(), 2, "{}", said.out);
+    let at = |what: &str| said.out.find(what).unwrap_or_else(|| panic!("{what}: {}", said.out));
+    assert!(at("[prompt:1:5]") < at("1+1 = 2") && at("1+1 = 2") < at("pour(source:"));
+}
+
 /// Neither nothing nor noise nor a thousand lines bring the prompt down.
 #[test]
 fn the_prompt_outlives_what_is_typed() {

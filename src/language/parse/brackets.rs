@@ -359,17 +359,30 @@ fn apply(source: &str, from: usize, to: usize, edits: &[Edit]) -> Balanced {
     }
 }
 
-/// Returns whether a text ends in the middle of something: an open bracket or text.
-pub(crate) fn is_open(source: &str) -> bool {
-    let mut depth = 0_i64;
+/// The brackets that are open where a text ends.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct OpenAtEnd {
+    /// How many blocks.
+    pub(crate) braces: usize,
+    /// How many parentheses in the innermost of them.
+    pub(crate) parentheses: usize,
+}
+
+/// Returns the brackets that are open where a text ends. No brace stands inside parentheses: one ends those that were left open.
+pub(crate) fn open_at_end(source: &str) -> OpenAtEnd {
+    let mut open = OpenAtEnd::default();
     for token in tokens(source) {
-        match token.kind {
-            Kind::Open => depth += 1,
-            Kind::Close => depth -= 1,
+        match (token.kind, token.text(source)) {
+            (Kind::Open, "{") => open = OpenAtEnd { braces: open.braces + 1, parentheses: 0 },
+            (Kind::Close, "}") => {
+                open = OpenAtEnd { braces: open.braces.saturating_sub(1), parentheses: 0 };
+            }
+            (Kind::Open, _) => open.parentheses += 1,
+            (Kind::Close, _) => open.parentheses = open.parentheses.saturating_sub(1),
             _ => {}
         }
     }
-    depth > 0
+    open
 }
 
 #[cfg(test)]
@@ -430,6 +443,20 @@ mod tests {
         {
             assert!(!balance(&good, 0, good.len()).hopeless, "{good}");
         }
+    }
+
+    #[test]
+    fn what_is_open_at_the_end_is_counted_and_a_brace_ends_parentheses() {
+        let open = |source| {
+            let OpenAtEnd { braces, parentheses } = open_at_end(source);
+            (braces, parentheses)
+        };
+        assert_eq!(open("pour(jar, cup"), (0, 1));
+        assert_eq!(open("pour(jar, cup) // ("), (0, 0));
+        assert_eq!(open("task f(o: A) { g(o"), (1, 1));
+        assert_eq!(open("task f(o: A) { g(o }"), (0, 0));
+        assert_eq!(open("task f(o: A { g(o)"), (1, 0));
+        assert_eq!(open("g(o)) h("), (0, 1));
     }
 
     #[test]

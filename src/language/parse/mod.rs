@@ -25,7 +25,7 @@ use pest::Parser;
 
 use super::ast::{Item, Program, Span, Step};
 use super::diagnostic::{Diagnostic, limited};
-use brackets::{Balanced, balance};
+use brackets::{Balanced, OpenAtEnd, balance, open_at_end};
 use build::Builder;
 use grammar::{Rule, TaskParser};
 use lexer::{Kind, Token, tokens};
@@ -106,7 +106,7 @@ pub fn parse_line(source: &str) -> (Option<Step>, Vec<Diagnostic>) {
 /// Returns whether a text typed so far wants another line: an open bracket, or an end after which
 /// something must follow.
 pub fn is_incomplete(source: &str) -> bool {
-    if brackets::is_open(source) {
+    if open_at_end(source) != OpenAtEnd::default() {
         return true;
     }
     let code: Vec<Token> = tokens(source).into_iter().filter(|t| t.kind != Kind::Note).collect();
@@ -151,6 +151,11 @@ pub fn is_incomplete(source: &str) -> bool {
         }
         _ => false,
     }
+}
+
+/// Returns whether a text ends between the braces of a block.
+pub fn is_in_block(source: &str) -> bool {
+    open_at_end(source).braces > 0
 }
 
 /// Cuts a text where items certainly start: a reserved starter first on its line with a name after
