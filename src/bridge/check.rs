@@ -26,7 +26,13 @@ pub struct Joint {
     pub name: String,
     /// Its range, rad or m; infinite where it turns without end.
     pub range: (f64, f64),
+    /// What its motor may carry, N·m or N; infinite where nobody says.
+    pub effort: f64,
 }
+
+/// So many times beyond its effort a joint's torque is in another unit. Chosen: a torque sensor feels a knock of a few times the effort;
+/// mN·m are a thousand times more.
+const TIMES_EFFORT: f64 = 10.0;
 
 /// Returns which number of feedback that cannot be read is none: JSON has no word for it, and programs write `NaN` or `null`.
 pub(super) fn no_number(line: &[u8], request: &'static str) -> Option<Error> {
@@ -83,38 +89,32 @@ pub(super) fn wrong(
     (told.t < from).then_some(Error::ClockWentBack { from, to: told.t })
 }
 
-/// Returns which number cannot be in SI units. A joint may be a whole turn out of its range, as some encoders count, and fingers be read
-/// a little beyond theirs: what is told here is no measurement of this robot.
+/// Returns which number cannot be in SI units. A joint may be a whole turn out of its range, as some encoders count, fingers be read
+/// a little beyond theirs, and a torque be some times its joint's effort: what is told here is no measurement of this robot.
 fn in_other_units(told: &Told, request: &'static str, wanted: &Wanted) -> Option<Error> {
+    let other = |field, joint, value, range, probably| {
+        Some(Error::Units { request, field, joint, value, range, probably })
+    };
     for (at, (value, joint)) in told.q.iter().zip(&wanted.joints).enumerate() {
         let range = joint.range;
         let fits = |value: f64| (range.0 - TAU..=range.1 + TAU).contains(&value);
         if !fits(*value) {
             let probably = fits(value.to_radians()).then_some(Unit::Degrees);
-            let joint = Some(at + 1);
-            return Some(Error::Units {
-                request,
-                field: "q",
-                joint,
-                value: *value,
-                range,
-                probably,
-            });
+            return other("q", Some(at + 1), *value, range, probably);
+        }
+    }
+    for (at, (value, joint)) in told.tau.iter().zip(&wanted.joints).enumerate() {
+        let most = joint.effort;
+        if value.abs() > TIMES_EFFORT * most {
+            let probably = (value.abs() / 1e3 <= most).then_some(Unit::Millinewtons);
+            return other("tau", Some(at + 1), *value, (-most, most), probably);
         }
     }
     let widest = wanted.max_opening;
     let fits = |opening: f64| (-widest..=2.0 * widest).contains(&opening);
     if widest > 0.0 && !fits(told.opening) {
-        let (value, range) = (told.opening, (0.0, widest));
-        let probably = fits(value / 1e3).then_some(Unit::Millimetres);
-        return Some(Error::Units {
-            request,
-            field: "opening",
-            joint: None,
-            value,
-            range,
-            probably,
-        });
+        let probably = fits(told.opening / 1e3).then_some(Unit::Millimetres);
+        return other("opening", None, told.opening, (0.0, widest), probably);
     }
     None
 }

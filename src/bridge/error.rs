@@ -224,6 +224,8 @@ pub enum Unit {
     Degrees,
     /// Of a length.
     Millimetres,
+    /// Of a torque.
+    Millinewtons,
 }
 
 impl fmt::Display for Unit {
@@ -231,6 +233,7 @@ impl fmt::Display for Unit {
         f.write_str(match self {
             Self::Degrees => "degrees",
             Self::Millimetres => "mm",
+            Self::Millinewtons => "mN*m or N*mm",
         })
     }
 }
@@ -250,6 +253,9 @@ impl Error {
             }
             Self::Unasked { .. } => {
                 "let the server send one line for every line, and none by itself"
+            }
+            Self::Units { field: "tau", .. } => {
+                "the protocol has N*m; if these are, mend the joint's `effort` in the robot's URDF"
             }
             Self::Units { .. } => "the protocol has SI units: rad, rad/s, m, s, N·m",
             Self::ClockLeaps { leap, asked } if (0.5..=2.0).contains(&(leap / asked / MILLI)) => {

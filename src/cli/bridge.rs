@@ -50,10 +50,11 @@ pub(super) fn devices(
     scene: &Scene,
     args: &CellArgs,
 ) -> Result<Devices, Error> {
-    let joints = robot
-        .joints()
-        .iter()
-        .map(|joint| Joint { name: joint.name.clone(), range: (joint.lower, joint.upper) });
+    let joints = robot.joints().iter().map(|joint| Joint {
+        name: joint.name.clone(),
+        range: (joint.lower, joint.upper),
+        effort: joint.effort,
+    });
     let wanted = Wanted {
         robot: scene.robot.clone(),
         joints: joints.collect(),

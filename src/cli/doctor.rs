@@ -18,6 +18,8 @@ use crate::http::Address;
 use crate::kortex::supervisor::Supervisor;
 use crate::language::Diagnostic;
 use crate::language::ast::ActionItem;
+use crate::motion::dynamics::{Bodies, Dynamics};
+use crate::motion::robot::Robot;
 use crate::report::{Failure, Style};
 use crate::workcell::{Error, Stdlib, WorkCell, archive, check, library};
 
@@ -40,7 +42,6 @@ enum State {
     /// In order.
     Well,
     /// Works, and a person should know.
-    #[cfg_attr(not(feature = "kortex"), expect(dead_code, reason = "only a Gen3 is found so"))]
     Mind,
     /// Not asked for.
     None,
@@ -272,11 +273,53 @@ fn stands(told: &Feedback, passed: f64) -> String {
     )
 }
 
+/// A joint tells by its torque which way gravity is when it bears this part of its effort: friction is less.
+const BEARS: f64 = 0.15;
+/// An arm that moves faster is not at rest, rad/s or m/s.
+const AT_REST: f64 = 0.05;
+/// In torques that are meant as they should be the model's come back times so much: something may be in the hand, joints rub, and masses in a robot's
+/// file are known to some per cent.
+const AS_BORNE: std::ops::RangeInclusive<f64> = 0.4..=2.5;
+
+/// Says what is odd about the torques of an arm that stands, beside those by which its model is held up. An arm that has no sensors says
+/// zero.
+fn torques(robot: &Robot, told: &Feedback) -> Option<Finding> {
+    let model = Dynamics::at_opening(robot, Bodies::All, told.opening);
+    let model = model.gravity_torques(&told.q).ok()?;
+    let is_silent = !told.tau.iter().any(|tau| tau.abs() > 0.0);
+    if is_silent || told.dq.iter().any(|dq| dq.abs() > AT_REST) {
+        return None;
+    }
+    let joints = robot.joints().iter().zip(model.iter().zip(&told.tau)).enumerate();
+    let bearing: Vec<(usize, f64, f64)> = joints
+        .filter(|(_, (joint, (model, _)))| model.abs() >= BEARS * joint.effort)
+        .map(|(at, (_, (model, tau)))| (at + 1, *model, *tau))
+        .collect();
+    let (joint, needed, tau) = *bearing.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let along: f64 = bearing.iter().map(|(_, model, tau)| model * tau).sum();
+    let times = along / bearing.iter().map(|(_, model, _)| model * model).sum::<f64>();
+    if AS_BORNE.contains(&times) {
+        return None;
+    }
+    let unit = if robot.slides(joint - 1) { "N" } else { "N*m" };
+    let says = format!(
+        "`tau` is {times:.2} times what holds the robot's model up (joint {joint}: {tau:.1} {unit}, by the model {needed:.1} {unit})"
+    );
+    let help = if AS_BORNE.contains(&-times) {
+        "let `tau` be what the drive puts on the link behind it, positive as `q` grows: the signs seem to be turned"
+    } else if times < *AS_BORNE.start() {
+        "leave gravity in `tau`, in N*m: masses are weighed by it"
+    } else {
+        "is the hand empty, and `tau` in N*m? Masses are weighed by it"
+    };
+    Some(Finding::new("torques", State::Mind, says).help(help))
+}
+
 /// Connects to a reality behind a bridge, lets a moment pass, takes a picture and weighs; of camera and scales that have an
 /// address of their own nothing is said here.
 fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure> {
     let (mut joints, mut says) = (0, String::new());
-    let (mut picture, mut weighing) = (None, None);
+    let (mut picture, mut weighing, mut odd) = (None, None, None);
     let opened = WorkCell::open_with(options(cli, None)?, |robot, scene, _| {
         joints = robot.n_joints();
         let mut devices = bridge::devices(target, robot, scene, &cli.cell)?;
@@ -284,6 +327,7 @@ fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure
         devices.arm.wait(TICKS, &Cancel::default(), &mut |_| {})?;
         let told = devices.arm.feedback()?;
         says = stands(&told, told.time - begin);
+        odd = torques(robot, &told);
         picture = Some(devices.camera.photo()?);
         weighing = devices.scales.as_mut().map(|scales| scales.weigh().is_some());
         Ok(devices)
@@ -299,6 +343,7 @@ fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure
         }
     };
     let mut found = vec![arm];
+    found.extend(odd);
     if cli.cell.camera_at.is_none() {
         found.push(match picture {
             Some(picture) => {
@@ -381,4 +426,38 @@ fn model(cli: &Shared) -> Result<Finding, Failure> {
 
 fn away(what: &'static str, address: &Address, error: &DeviceError) -> Finding {
     Finding::new(what, State::Away, format!("{address}: {error}")).help(error.help())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Torques with turned signs, and such without gravity, were `ok`, and then weighed with.
+    #[test]
+    fn torques_of_an_arm_at_rest_are_held_against_its_model() {
+        let robot = Robot::gen3();
+        let q = robot.pose("home").unwrap().to_vec();
+        let model = Dynamics::new(&robot, Bodies::All).gravity_torques(&q).unwrap();
+        let still = vec![0.0; q.len()];
+        let told = |times: f64, rubs: f64| Feedback {
+            time: 0.0,
+            q_cmd: q.clone(),
+            q: q.clone(),
+            dq: still.clone(),
+            tau: model.iter().map(|tau| times * tau + rubs).collect(),
+            opening: 0.0,
+            mass: None,
+            moving: Vec::new(),
+        };
+        let help =
+            |times, rubs| torques(&robot, &told(times, rubs)).map(|found| found.help.unwrap());
+        for (times, rubs) in [(1.0, 0.0), (1.0, 2.0), (1.0, -2.0), (1.6, 0.0), (0.0, 0.0)] {
+            assert_eq!(help(times, rubs), None, "{times} {rubs}");
+        }
+        assert!(help(-1.0, 0.5).unwrap().contains("signs"));
+        assert!(help(0.0, 0.5).unwrap().contains("leave gravity"));
+        assert!(help(8.9, 0.0).unwrap().contains("in N*m?"));
+        let falls = Feedback { dq: vec![0.5; q.len()], ..told(-1.0, 0.0) };
+        assert!(torques(&robot, &falls).is_none());
+    }
 }

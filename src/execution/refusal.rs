@@ -142,6 +142,19 @@ pub enum Refusal {
         /// The force with which a finger may press, N.
         most: f64,
     },
+    /// The hand bears what cannot be in it: the torques are wrong, or in another unit.
+    #[error(
+        "{mass:.1} kg were weighed in the hand with `{object}`, where all things with full vessels are {all:.2} kg; are the \
+         joints' torques in N*m?"
+    )]
+    Heft {
+        /// What is in the hand.
+        object: String,
+        /// What was weighed, kg.
+        mass: f64,
+        /// What all things of the scene weigh with full vessels, kg.
+        all: f64,
+    },
     /// One of no ways is to be chosen.
     #[error("there is nothing to choose from")]
     NoWays,

@@ -8,13 +8,13 @@ use super::reality::serve;
 
 const JOINTS: [&str; 2] = ["a", "b"];
 
-/// Connects to a robot with these joints, each from -3 to 3 rad, and fingers of 85 mm.
+/// Connects to a robot with these joints, each from -3 to 3 rad and of 39 N·m, and fingers of 85 mm.
 pub(super) fn connect(place: &str, robot: &str, joints: &[&str]) -> Result<Bridged, Error> {
     bridge::connect(place, wanted(robot, joints), Cancel::default())
 }
 
 fn wanted(robot: &str, joints: &[&str]) -> Wanted {
-    let joint = |name: &&str| Joint { name: (*name).to_owned(), range: (-3.0, 3.0) };
+    let joint = |name: &&str| Joint { name: (*name).to_owned(), range: (-3.0, 3.0), effort: 39.0 };
     let joints = joints.iter().map(joint).collect();
     Wanted { robot: robot.to_owned(), joints, max_opening: 0.085 }
 }
@@ -110,6 +110,11 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
             "`q` of joint 2 in the answer to `step` is 55.00, far outside -3.00 to 3.00: probably in degrees",
         ),
         (told(6.0).replace("0.1", "1e4"), "is 10000.00, far outside -3.00 to 3.00"),
+        // A pour weighed 466.6 kg in the hand, and 67 L in the cup.
+        (
+            told(6.0).replace(r#""tau":[0.0"#, r#""tau":[-12400.0"#),
+            "`tau` of joint 1 in the answer to `step` is -12400.00, far outside -39.00 to 39.00: probably in mN*m or N*mm",
+        ),
         (
             told(6.0).replace("0.08", "80.0"),
             "`opening` in the answer to `step` is 80.00, far outside",

@@ -8,7 +8,7 @@ use super::super::plan::{gravity_torque, mass_of};
 use super::super::refusal::Refusal;
 use super::ActionContext;
 use crate::arm::{Feedback, Grip};
-use crate::world::support;
+use crate::world::{Object, Scene, WATER_DENSITY, support};
 
 /// How fast the fingers go, m/s, and with how much force they open, N.
 const FINGER_SPEED: f64 = 0.06;
@@ -17,6 +17,18 @@ const OPEN_FORCE: f64 = 60.0;
 const LET_GO: f64 = 0.002;
 /// What a grip's progress is counted in, s: nobody knows beforehand how long it takes.
 const GRIP: f64 = 1.0;
+
+/// Returns the mass of all things of a scene with their vessels full, kg.
+fn everything(scene: &Scene) -> f64 {
+    let water = |object: &Object| object.cavity.map_or(0.0, |inside| inside.capacity);
+    scene.objects.iter().map(|object| object.mass + WATER_DENSITY * water(object)).sum()
+}
+
+/// Returns from what on no mass was weighed, but torques that are wrong or in another unit, kg; `all` is what everything weighs. Chosen:
+/// a scene is believed to be right to a factor of three, and a hand that presses a little to feel like 2 kg.
+fn most_told(all: f64) -> f64 {
+    (3.0 * all).max(2.0)
+}
 
 impl ActionContext {
     /// Opens the fingers, to so many m or as wide as they go, once `after` s have passed, beside whatever the arm does
@@ -84,8 +96,24 @@ impl ActionContext {
     /// `arm.heft(seconds)`: the mass in the hand, kg, from joint torques at rest, averaged so long; nothing is
     /// concluded from it.
     ///
-    /// The tare taken before the fingers closed takes the sensors' bias out.
+    /// # Errors
+    ///
+    /// [`Refusal::Heft`] of more than there can be: no water is told from it.
     pub fn heft(&mut self, seconds: f64) -> Result<f64, ActionError> {
+        let mass = self.hangs(seconds)?;
+        let all = everything(&self.setting.cell.scene);
+        if let Some(object) = self.body.state()?.held
+            && mass.abs() > most_told(all)
+        {
+            return Err(Refusal::Heft { object, mass, all }.into());
+        }
+        Ok(mass)
+    }
+
+    /// Returns the mass in the hand, kg, as the joints feel it over so many s, less than none when the hand presses.
+    ///
+    /// The tare taken before the fingers closed takes the sensors' bias out.
+    fn hangs(&mut self, seconds: f64) -> Result<f64, ActionError> {
         let (q, mut excess) = self.torque_excess(seconds)?;
         if let Some(tare) = &self.run.tare {
             for (joint, bias) in excess.iter_mut().zip(tare) {
@@ -120,7 +148,7 @@ impl ActionContext {
         };
         let below = support::below(&self.setting.cell.scene, &state.objects, object, &pose);
         let drop = pose.origin().z - below.height;
-        if drop < LET_DOWN || self.heft(FEELS)? > PRESSES {
+        if drop < LET_DOWN || self.hangs(FEELS)? > PRESSES {
             return Ok(false);
         }
         self.body.stands(drop)?;
@@ -195,5 +223,23 @@ impl ActionContext {
         self.run.rest = None;
         let grip = self.setting.cell.clear_grip(opening, FINGER_SPEED, force)?;
         self.act(GRIP, |arm, cancel, watch| arm.grip(&grip, cancel, watch))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::{Shape, object, scene};
+
+    /// 466.6 kg were weighed where torques came in mN·m, and 67 L of water put down for the cup.
+    #[test]
+    fn what_the_scene_cannot_weigh_is_not_weighed() {
+        let vessel =
+            |capacity| object::vessel(Shape::Cylinder { radius: 0.04, height: 0.15 }, capacity);
+        let all = everything(&scene::bare(vec![vessel(5e-4), vessel(3e-4)]));
+        assert!((all - 1.0).abs() < 1e-9, "{all}");
+        // A jar of twice the mass that was declared is one.
+        assert!((2.0..4.0).contains(&most_told(all)));
+        assert!(466.6 > most_told(all) && most_told(0.02) > 1.0);
     }
 }
