@@ -35,6 +35,11 @@ impl DeviceError {
         Self::Unavailable("this arm only follows what is planned before".into())
     }
 
+    /// Whether the program stopped the arm by a limit of its own: the arm is there, and holds.
+    pub fn is_limit(&self) -> bool {
+        matches!(self, Self::FollowingError { .. })
+    }
+
     /// Returns what would help.
     pub fn help(&self) -> &str {
         match self {

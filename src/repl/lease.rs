@@ -3,14 +3,15 @@
 
 use std::fmt::Write as _;
 
+use crate::report::exit::Exit;
 use crate::report::{self, Failure};
 
 use super::Session;
 
 /// After this long without a line the leave is over, s.
 const IDLE: f64 = 600.0;
-/// The exit code of a device that failed.
-const UNAVAILABLE: u8 = 4;
+/// The code of a device that failed, or that a limit stopped.
+const DEVICE: &str = "device";
 
 impl Session<'_, '_> {
     /// Whether lines move an arm that is not simulated.
@@ -38,7 +39,7 @@ impl Session<'_, '_> {
 
     /// Whether that is how a device fails.
     pub(super) fn is_fault(failure: &Failure) -> bool {
-        failure.exit() == UNAVAILABLE
+        failure.code == DEVICE || failure.exit() == Exit::Unavailable as u8
     }
 
     fn drop_real(&mut self, why: &str) {

@@ -6,6 +6,7 @@
 use std::io;
 use std::path::Path;
 
+use super::exit::Exit;
 use super::uncalibrated::uncalibrated;
 use super::{Style, complain, diagnostics};
 use crate::execution::error::ActionError;
@@ -431,7 +432,9 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Action(action) => match action {
             ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),
             ActionError::Device(device) => {
-                Failure::unavailable("device", words).help(device.help())
+                let failure = Failure::unavailable("device", words).help(device.help());
+                let exit = if device.is_limit() { Exit::Stopped as u8 } else { failure.exit };
+                Failure { exit, ..failure }
             }
             ActionError::NoWay(no_way) => Failure::no("run::action", words)
                 .help(way_out(&Cause::NoWay(no_way.clone()), None)),
@@ -443,12 +446,25 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arm::DeviceError;
     use crate::trace::{NoWay, Tilted, TooNear};
     use crate::units::{Dimension, Quantity};
 
     fn unmet(condition: &str, margin: Option<f64>) -> Unmet {
         let margin = margin.map(|value| Quantity { value, dimension: Dimension::VOLUME });
         Unmet { condition: condition.into(), term: condition.into(), margin, numbers: None }
+    }
+
+    /// A stuck joint was told as an arm that is not available.
+    #[test]
+    fn a_limit_that_stopped_the_arm_is_a_stop_and_an_arm_that_is_away_is_not() {
+        let style = Style { json: true, quiet: true, verbose: false, colour: false, bars: false };
+        let exit = |device: DeviceError| cell_failure(&device.into(), style).exit();
+        assert_eq!(
+            exit(DeviceError::FollowingError { joint: 2, error_deg: 12.0, limit_deg: 11.5 }),
+            Exit::Stopped as u8
+        );
+        assert_eq!(exit(DeviceError::Unavailable("gone".into())), Exit::Unavailable as u8);
     }
 
     #[test]

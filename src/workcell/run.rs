@@ -85,7 +85,8 @@ impl WorkCell {
             Err(error) => {
                 run.reason = Some(error.to_string());
                 if let Error::Action(ActionError::Device(device)) = &error {
-                    run.outcome = Ending::Unavailable;
+                    run.outcome =
+                        if device.is_limit() { Ending::Stopped } else { Ending::Unavailable };
                     run.device_help = Some(device.help().to_owned());
                 }
                 // Once something was done there is a run to speak of.
