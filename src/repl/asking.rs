@@ -9,12 +9,22 @@ use crate::workcell::{self, check::check_step};
 use super::Session;
 use super::commands::COMMANDS;
 
-/// Other names of `:quit`.
-const LEAVING: [&str; 2] = ["exit", "q"];
+/// Words for a command that has another name.
+const OTHERWISE: &[(&str, &str)] = &[
+    ("exit", "quit"),
+    ("q", "quit"),
+    ("bye", "quit"),
+    ("man", "help"),
+    ("hilfe", "help"),
+    ("aide", "help"),
+    ("ayuda", "help"),
+    ("aiuto", "help"),
+    ("ajuda", "help"),
+];
 
 impl Session<'_, '_> {
     /// Answers a line that is one word and no call: a value that was named, an object, a command without its
-    /// colon. `false` when it is none of these.
+    /// colon, a name that nothing has. `false` when it is none of these.
     pub(super) fn named(&self, word: &str) -> Result<bool, Failure> {
         if let Some((name, value)) = self.values.all().find(|(name, _)| *name == word) {
             self.style.say(format!("{name} = {value}"));
@@ -29,12 +39,35 @@ impl Session<'_, '_> {
                 "a question that was asked is gone with the next line; type the call again",
             ));
         }
-        let meant = if LEAVING.contains(&word) { "quit" } else { word };
-        if COMMANDS.iter().any(|command| command.name == meant) {
+        let other = OTHERWISE.iter().find(|(other, _)| *other == word);
+        let meant = other.map_or(word, |(_, name)| *name);
+        // `undo` is `:undo-edit`.
+        let is_meant = |name: &str| {
+            name == meant || name.split_once('-').is_some_and(|(head, _)| head == meant)
+        };
+        let command = COMMANDS.iter().find(|command| is_meant(command.name));
+        let is_known = language::is_of_language(word)
+            || language::assist::describe(&self.library, &self.scope, word).is_some();
+        if let Some(command) = command
+            && (!is_known || command.name == meant)
+        {
             return Err(Failure::input("repl::command", format!("nothing is called `{word}`"))
-                .help(format!("commands begin with a colon: `:{meant}`")));
+                .help(format!("commands begin with a colon: `:{}`", command.name)));
         }
-        Ok(false)
+        // `a-b` may be a difference.
+        if is_known || !word.starts_with(char::is_alphabetic) || word.contains('-') {
+            return Ok(false);
+        }
+        let near = language::assist::nearest_name(&self.library, &self.scope, word);
+        let near = near.map(str::to_owned).or_else(|| {
+            let commands = COMMANDS.iter().map(|command| command.name);
+            language::nearest(word, commands).map(|name| format!(":{name}"))
+        });
+        let failure = Failure::input("repl::unknown", format!("nothing here is called `{word}`"));
+        Err(failure.help(near.map_or_else(
+            || "`:tasks` lists what can be called, `:help` the commands".to_owned(),
+            |near| format!("did you mean `{near}`?"),
+        )))
     }
 
     /// Answers a line that asks what is so or how much something is; `false` when it does neither.

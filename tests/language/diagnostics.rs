@@ -367,6 +367,20 @@ fn a_step_that_reads_otherwise_elsewhere_is_told() {
             "something is missing after this",
             "to run `look`, write `look(…)` with what it acts on",
         ),
+        ("pour(jar，cup)", "task::syntax", "`，` cannot stand here", "write `,`"),
+        ("pour(jar; cup)", "task::syntax", "`;` cannot stand here", "write `,`"),
+        (
+            "“pour(jar, cup)”",
+            "task::syntax",
+            "`“` cannot stand here",
+            "write it without quotation marks",
+        ),
+        (
+            "then place(jar)",
+            "task::separator",
+            "`then` joins two steps, and begins none",
+            "leave the `then` out, or write it between two: `a() then b()`",
+        ),
         (
             "pour(jar, cup))",
             "task::unopened",

@@ -195,6 +195,8 @@ fn the_prompt_runs_steps_and_asks_for_more_when_a_text_is_open() {
         "fluent f() = a",
         "where is the jar?",
         "pick up the jar!",
+        "pour(jar, cup);",
+        "“pour(jar, cup)”",
     ] {
         assert!(!is_incomplete(whole), "{whole}");
     }

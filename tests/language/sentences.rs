@@ -119,6 +119,11 @@ fn an_unknown_sentence_is_answered_with_the_nearest_one() {
         panic!()
     };
     assert!(help.starts_with("say it like \"pour "), "{help}");
+    // One that shares a thing or a little word only is not like it.
+    for said in ["get jar", "dance with the jar", "gieße das Wasser in den Becher"] {
+        let Meaning::Unknown { help } = read(said, &[], &nothing) else { panic!("{said}") };
+        assert!(help.starts_with("a sentence that is known: \"pick "), "{said}: {help}");
+    }
     // Politeness is skipped at the edges and nowhere else.
     let inside = read("pour please from the jar into the red cup", &[], &nothing);
     assert!(matches!(inside, Meaning::Impossible { .. }), "{inside:?}");

@@ -13,8 +13,8 @@ use super::grammar::{Place, Rule, TaskParser};
 use super::habit::habit;
 use super::lexer::{Kind, Token, tokens};
 use super::words::{
-    AFTER_NUMBER, ALLEN, CLAUSES, ENTRIES, ITEMS, MODEL, RESERVED, STEPS, ToOriginal, VIEWS,
-    nearest,
+    AFTER_NUMBER, ALLEN, CLAUSES, ENTRIES, ITEMS, MODEL, QUOTES, RESERVED, SIGNS, STEPS,
+    ToOriginal, VIEWS, nearest,
 };
 use crate::units::{UNITS, known_units, suggest_unit};
 
@@ -282,6 +282,17 @@ impl Unexpected<'_> {
             && let Some(near) = nearest(text, ALLEN.iter().copied())
         {
             return found.did_you_mean(near);
+        }
+        let meant = SIGNS.iter().find(|(sign, _)| *sign == text).map(|(_, meant)| *meant);
+        if let Some(meant) = meant.or((text == ";" && self.could_be(Rule::comma)).then_some(",")) {
+            return found.help(format!("write `{meant}`")).fix(self.span, meant);
+        }
+        if text.starts_with(QUOTES) {
+            return found.help(if self.could_be(Rule::text) {
+                "a text stands in straight quotation marks: `\"…\"`"
+            } else {
+                "write it without quotation marks"
+            });
         }
         if text == "%" {
             return found.help("a probability is a number from 0 to 1, such as `0.7`");

@@ -184,6 +184,14 @@ const HABITS: &[Habit] = &[
         label: "not needed",
         help: |_| "write `a() then b()`".into(),
     },
+    Habit {
+        is_met: |w| w.text(0) == "then" && w.code.len() > 1 && w.text(1) != "(",
+        at: 0,
+        code: "task::separator",
+        message: |_| "`then` joins two steps, and begins none".into(),
+        label: "no step before this",
+        help: |_| "leave the `then` out, or write it between two: `a() then b()`".into(),
+    },
     // `wait 2 s`
     Habit {
         is_met: |w| {

@@ -74,6 +74,12 @@ pub fn parse(source: &str) -> (Program, Vec<Diagnostic>) {
     (program, limited(diagnostics))
 }
 
+/// Whether a word is one of the language: it cannot be a name, or begins an item or a step.
+pub(crate) fn is_of_language(word: &str) -> bool {
+    let begins = words::ITEMS.iter().chain(words::STEPS);
+    is_reserved(word) || begins.chain(words::CLAUSES).any(|begin| *begin == word)
+}
+
 /// Reads one line of the prompt: a call or another step. `None` when there is nothing to do or it
 /// cannot be read; the diagnostics say why.
 pub fn parse_line(source: &str) -> (Option<Step>, Vec<Diagnostic>) {
@@ -114,8 +120,9 @@ pub fn is_incomplete(source: &str) -> bool {
     let text = last.text(source);
     match last.kind {
         Kind::Doc => true,
-        // A sentence ends with a mark; the language has none of these.
-        Kind::Sign => !matches!(text, "%" | "°" | "?" | "!" | "."),
+        // A sentence ends with a mark; the language has none of these, nor signs of other keyboards.
+        Kind::Sign if text.is_ascii() => !matches!(text, "%" | "?" | "!" | "." | ";" | "'" | "`"),
+        Kind::Sign => text == "±",
         Kind::Word => matches!(
             text,
             "and"

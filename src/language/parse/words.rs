@@ -33,6 +33,24 @@ pub(super) const RESERVED: &[&str] = &[
     "false",
 ];
 
+/// Signs of other keyboards, each with the one of the language.
+pub(super) const SIGNS: &[(&str, &str)] = &[
+    ("\u{FF0C}", ","),
+    ("\u{3001}", ","),
+    ("\u{FF1A}", ":"),
+    ("\u{FF08}", "("),
+    ("\u{FF09}", ")"),
+    ("\u{FF5B}", "{"),
+    ("\u{FF5D}", "}"),
+    ("\u{FF1D}", "="),
+];
+
+/// Quotation marks, straight and as word processors set them.
+pub(super) const QUOTES: &[char] = &[
+    '"', '\'', '`', '\u{201C}', '\u{201D}', '\u{201E}', '\u{2018}', '\u{2019}', '\u{201A}',
+    '\u{AB}', '\u{BB}', '\u{FF02}',
+];
+
 /// Returns the candidate nearest to a word, if any is near enough to be meant. A beginning is as near as a word
 /// with one slip: `dist` is `distance`, and not `tilt`.
 pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {

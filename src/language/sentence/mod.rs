@@ -355,7 +355,14 @@ fn hindrance(reading: &Understood, with: &Knowledge<'_>) -> Option<String> {
 /// The task whose sentence is shown to somebody of whom no word is known: one thing that is there, and little that can fail.
 const FIRST: &str = "pick";
 
-/// Returns an example of the known sentence that shares most words with what was said.
+/// Words that say nothing of what is meant.
+const LITTLE: &[&str] = &[
+    "the", "a", "an", "of", "to", "in", "into", "on", "onto", "from", "with", "at", "by", "up",
+    "down", "out", "off", "over", "under", "and", "it",
+];
+
+/// Returns an example of the known sentence that shares most words with what was said, of those that share a word for what is
+/// done, or two for things.
 fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
     let spoken: Vec<&str> = said.split(' ').collect();
     let mut best: Option<(usize, String)> = None;
@@ -373,9 +380,16 @@ fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
             let example = example(&template, callable.params(), with);
             let known: Vec<&str> = example.split(' ').collect();
             let shared = spoken.iter().filter(|word| known.contains(*word)).count();
+            let tells = |word: &&&str| !LITTLE.contains(*word);
+            let telling: Vec<&str> = spoken.iter().filter(tells).copied().collect();
+            let without_slots = template.example(|_| String::new());
+            let deeds = without_slots.split(' ').filter(|word| telling.contains(word)).count();
+            let is_alike =
+                deeds > 0 || telling.iter().filter(|word| known.contains(*word)).count() > 1;
             if callable.name() == FIRST {
                 first.get_or_insert_with(|| example.clone());
             }
+            let shared = if is_alike { shared } else { 0 };
             if best.as_ref().is_none_or(|(most, _)| shared > *most) {
                 best = Some((shared, example));
             }
