@@ -10,6 +10,7 @@ mod lease;
 mod quiz;
 mod step;
 mod survive;
+mod terminal;
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
