@@ -138,13 +138,12 @@ fn failure(error: &motion::Error) -> Failure {
         motion::Error::Urdf { what: UrdfFault::Xacro } => {
             failure.help("`xacro FILE.xacro > FILE.urdf` makes one (a tool of ROS)")
         }
-        motion::Error::Urdf { what: UrdfFault::Lacks { element, field, .. } }
-            if element != "robot" =>
-        {
+        motion::Error::Urdf { what: UrdfFault::Lacks(lacking) } if lacking.element != "robot" => {
+            let (field, element) = (&lacking.field, &lacking.element);
             failure.help(format!("write the {field} of this <{element}>, or take the element out"))
         }
         motion::Error::Urdf {
-            what: UrdfFault::Format(_) | UrdfFault::NoLink | UrdfFault::Lacks { .. },
+            what: UrdfFault::Format(_) | UrdfFault::NoLink | UrdfFault::Lacks(_),
         } => failure.help("a URDF is XML whose root is `<robot name=\"…\">`"),
         motion::Error::Urdf { what: UrdfFault::SeveralFiles { .. } } => failure,
         motion::Error::Urdf { .. } => {

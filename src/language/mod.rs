@@ -33,6 +33,6 @@ pub use check::{MODEL_CONSTANTS, MODEL_FUNCTIONS, ModelUnits, check_model, names
 pub use diagnostic::{Diagnostic, Fix, Label, Severity, Source, Style, limited, render};
 pub use format::format;
 pub use library::{Library, Scope};
-pub(crate) use parse::{is_of_language, is_reserved};
 pub(crate) use parse::lexer::{Kind as TokenKind, tokens};
 pub use parse::{is_in_block, is_incomplete, nearest, parse, parse_line};
+pub(crate) use parse::{is_of_language, is_reserved};

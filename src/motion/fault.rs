@@ -17,19 +17,8 @@ pub enum UrdfFault {
     #[error("{0}")]
     Content(String),
     /// An element lacks what it needs, an attribute or an element inside.
-    #[error("line {line}: {} has no {field}", said_of_element(element, part, name))]
-    Lacks {
-        /// The element.
-        element: String,
-        /// What it lacks.
-        field: String,
-        /// What it is part of, or is: a link, a joint, a material, the robot.
-        part: String,
-        /// Its name; empty without one.
-        name: String,
-        /// The line on which the element begins.
-        line: usize,
-    },
+    #[error("{0}")]
+    Lacks(Box<Lacking>),
     /// Elements inside elements inside elements.
     #[error("its elements are nested more than {most} deep")]
     TooDeep {
@@ -161,6 +150,22 @@ pub enum UrdfFault {
     /// A text whose numbers are written in ways that cannot be changed one by one.
     #[error("its numbers cannot be changed without changing others")]
     Entangled,
+}
+
+/// An element that lacks what it needs.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {} has no {field}", said_of_element(element, part, name))]
+pub struct Lacking {
+    /// The element.
+    pub element: String,
+    /// What it lacks.
+    pub field: String,
+    /// What it is part of, or is: a link, a joint, a material, the robot.
+    pub part: String,
+    /// Its name; empty without one.
+    pub name: String,
+    /// The line on which the element begins.
+    pub line: usize,
 }
 
 /// Words an element by what it is part of.

@@ -5,7 +5,7 @@
 //! Source: the URDF specification, <http://wiki.ros.org/urdf/XML>.
 
 use super::bounds::{name_of, tags};
-use super::fault::UrdfFault;
+use super::fault::{Lacking, UrdfFault};
 
 /// What has to be there, an attribute or an element inside, and of which elements.
 const NEEDED: &[(&str, &[&str])] = &[
@@ -69,13 +69,13 @@ pub(super) fn lacking(text: &str, field: &str) -> Option<UrdfFault> {
             _ => open[1].tag,
         };
         if !ended.has && elements.contains(&element) && PARTS.contains(&name_of(part)) {
-            return Some(UrdfFault::Lacks {
+            return Some(UrdfFault::Lacks(Box::new(Lacking {
                 element: element.to_owned(),
                 field: field.to_owned(),
                 part: name_of(part).to_owned(),
                 name: attribute(part, "name").unwrap_or_default().to_owned(),
                 line: text[..ended.at].matches('\n').count() + 1,
-            });
+            })));
         }
     }
     None

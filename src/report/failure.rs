@@ -429,17 +429,23 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::WhatIf(_) => Failure::input("run::what_if", words)
             .help("`:runs` lists the runs, `:replay RUN` shows the steps of one"),
         Error::NothingToDo => Failure::input("run::empty", words),
-        Error::Action(action) => match action {
-            ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),
-            ActionError::Device(device) => {
-                let failure = Failure::unavailable("device", words).help(device.help());
-                let exit = if device.is_limit() { Exit::Stopped as u8 } else { failure.exit };
-                Failure { exit, ..failure }
-            }
-            ActionError::NoWay(no_way) => Failure::no("run::action", words)
-                .help(way_out(&Cause::NoWay(no_way.clone()), None)),
-            _ => Failure::no("run::action", words),
-        },
+        Error::Action(action) => action_failure(action, words),
+    }
+}
+
+/// Words why an action ended early.
+fn action_failure(action: &ActionError, words: String) -> Failure {
+    match action {
+        ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),
+        ActionError::Device(device) => {
+            let failure = Failure::unavailable("device", words).help(device.help());
+            let exit = if device.is_limit() { Exit::Stopped as u8 } else { failure.exit };
+            Failure { exit, ..failure }
+        }
+        ActionError::NoWay(no_way) => {
+            Failure::no("run::action", words).help(way_out(&Cause::NoWay(no_way.clone()), None))
+        }
+        _ => Failure::no("run::action", words),
     }
 }
 

@@ -38,6 +38,8 @@ enum Kept {
     Range(Vec<String>),
     /// No joint positions at all are a solution.
     Far,
+    /// Joint positions come to the place, and none turn the hand so.
+    Turned,
 }
 
 /// What `robot check` says of the reach.
@@ -84,7 +86,7 @@ pub(super) fn reach(robot: &Robot, world: &CollisionWorld<'_>) -> Reach {
     let far = Kept::Far;
     let write = match reasons.first().map_or(&far, |(kept, _)| kept) {
         // No base makes it level.
-        Kept::Far if down > 0 && robot.n_joints() < FEW => {
+        Kept::Far | Kept::Turned if down > 0 && robot.n_joints() < FEW => {
             "`pick(jar) via from_above`: an arm with so few joints takes nothing from the side, wherever its base is".to_owned()
         }
         other => help(other),
@@ -105,6 +107,7 @@ fn why(kept: &Kept, overlap: f64) -> String {
         }
         Kept::Range(joints) => format!("the ranges of {} end before", joints.join(" and ")),
         Kept::Far => "no joint positions put the hand".to_owned(),
+        Kept::Turned => "the hand comes, but not level".to_owned(),
     }
 }
 
@@ -124,7 +127,7 @@ fn help(kept: &Kept) -> String {
                 "<limit lower=\"..\" upper=\"..\"/> of {of} in the URDF as far as the arm's go; if they are right, {BASE}"
             )
         }
-        Kept::Far => BASE.to_owned(),
+        Kept::Far | Kept::Turned => BASE.to_owned(),
     }
 }
 
@@ -159,6 +162,7 @@ impl Hand<'_, '_> {
             Reason::Collision => commonest(&touching.into_inner()),
             Reason::Limits => (Kept::Range(self.past_ranges(&target)), f64::INFINITY),
             Reason::OutOfReach => (Kept::Far, f64::INFINITY),
+            Reason::Orientation => (Kept::Turned, f64::INFINITY),
         })
     }
 

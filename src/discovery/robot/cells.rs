@@ -71,7 +71,9 @@ impl Channel {
     /// Marks rows as not read.
     fn leave_out(&mut self, rows: &[usize]) {
         self.unread.resize(self.values.len(), false);
-        rows.iter().for_each(|row| self.unread[*row] = true);
+        for row in rows {
+            self.unread[*row] = true;
+        }
     }
 
     /// Returns the stretches of rows at which it was not read.
@@ -349,7 +351,9 @@ mod tests {
             let mut channel = whole.clone();
             let rows = [0, 300, 301, 999];
             channel.leave_out(&rows);
-            rows.iter().for_each(|row| channel.values[*row] = 9999.0);
+            for row in rows {
+                channel.values[row] = 9999.0;
+            }
             channel.fill(&time);
             assert!((channel.values[300] - whole.values[300]).abs() < error, "{quantity:?}");
             assert!((channel.values[0] - whole.values[1]).abs() < 1e-12, "{quantity:?}");
@@ -375,7 +379,7 @@ mod tests {
         }
         let time = (0..1000).map(|row| f64::from(row) * 0.01).collect();
         let (commands, notes) = (Vec::new(), Vec::new());
-        Data { n: 2, time, commands, channels, notes, are_currents: false }
+        Data { n: 2, time, commands, channels, notes, are_currents: false, of_currents: false }
     }
 
     /// Which rows of the second joint's torque are readings.

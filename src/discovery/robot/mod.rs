@@ -34,6 +34,7 @@ mod places;
 mod plausible;
 mod poses;
 mod power;
+mod refusal;
 mod rows;
 mod sensor;
 mod thin;

@@ -12,9 +12,9 @@ use super::follow::distance;
 const TRAVEL_COST: f64 = 1.0;
 /// What a place costs towards which the joints' straight line tips what is held over, in rad of travel: it lies on a branch of the arm
 /// to which nothing is carried level. Chosen: more than half a turn of the hand on the branch where the arm is; at a tenth of it
-/// a UR5e is sent to its other shoulder, and finds no way.
+/// a `UR5e` is sent to its other shoulder, and finds no way.
 const TIPPED_COST: f64 = 4.0;
-/// What is tilted further than this from upright is tipped over, rad. Chosen: a line on one branch of a UR5e tilts by some 15 deg,
+/// What is tilted further than this from upright is tipped over, rad. Chosen: a line on one branch of a `UR5e` tilts by some 15 deg,
 /// one to another shoulder by 90 deg and more.
 const TIPPED: f64 = FRAC_PI_4;
 /// So many parts of a line are looked at. Chosen: joints go 30 deg and less in each of them; more was not needed.
