@@ -36,6 +36,7 @@ pub mod plot;
 pub mod trials;
 mod uncalibrated;
 pub mod vqa;
+mod way_out;
 pub mod why;
 
 use std::collections::BTreeMap;

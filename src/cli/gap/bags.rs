@@ -10,9 +10,9 @@ use crate::discovery::recording::{Map, Recording};
 use crate::files;
 use crate::report::Failure;
 
-#[cfg(feature = "bags")]
-use super::failure;
 use super::foreign;
+#[cfg(feature = "bags")]
+use super::foreign::failure;
 
 /// What `ros2 bag record` writes beside the files of a bag.
 const METADATA: &str = "metadata.yaml";

@@ -1,8 +1,9 @@
-//! Recordings in forms that are not read: what a file is, and the one step that makes of it what is.
+//! Recordings that cannot be read: what is wrong with one, what a file in another form is, and the one step that makes of it what is read.
 
 use std::io::Read as _;
 use std::path::Path;
 
+use crate::discovery::recording;
 use crate::files;
 use crate::report::Failure;
 
@@ -49,6 +50,11 @@ const KNOWN: &[(Form, &[u8], &[&str])] = &[
 
 /// Bytes that tell a form.
 const HEAD: u64 = 16;
+
+/// Says what is wrong with a recording.
+pub(super) fn failure(error: &recording::Error) -> Failure {
+    Failure::input("gap::recording", error.what.clone()).at(&error.place).help(&error.help)
+}
 
 /// Says what a file is that is no text, if that is known.
 pub(super) fn told(path: &Path) -> Option<Failure> {

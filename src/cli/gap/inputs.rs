@@ -16,8 +16,9 @@ use crate::world::Scene;
 use super::super::cell::stdlib;
 use super::super::inputs::{arm_rows, data, read};
 use super::super::shared::Shared;
+use super::foreign::{self, failure};
 use super::given::{Aside, nothing};
-use super::{GapArgs, bags, failure, foreign};
+use super::{GapArgs, bags};
 
 /// What all the recordings are of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -30,6 +30,7 @@ use crate::workcell;
 use super::inputs::read;
 use super::shared::Shared;
 use crate::report::exit::Exit;
+use foreign::failure;
 use inputs::{Inputs, Kind, inputs, plain, robot_of};
 
 /// The part of a single recording that is held out.
@@ -435,8 +436,4 @@ fn held_out_is_new(recordings: &[Recording]) -> Result<(), Failure> {
         "judged on what was fitted, anything looks right: hold out another recording, or give this one alone, of which the last \
          part is held out",
     ))
-}
-
-fn failure(error: &recording::Error) -> Failure {
-    Failure::input("gap::recording", error.what.clone()).at(&error.place).help(&error.help)
 }

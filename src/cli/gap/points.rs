@@ -13,8 +13,9 @@ use crate::world::Camera;
 
 use super::super::inputs::{data, read};
 use super::super::shared::Shared;
+use super::foreign::failure;
 use super::inputs::scene_of;
-use super::{GapArgs, bar, change, failure, keep, model_of, tell};
+use super::{GapArgs, bar, change, keep, model_of, tell};
 use crate::report::exit::Exit;
 
 /// Bytes in which the header of a table of points ends, with the notes before it.

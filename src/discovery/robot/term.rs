@@ -455,3 +455,29 @@ impl Feature {
         }
     }
 }
+
+/// Returns each effect with its parameters.
+pub fn of_each<'a>(
+    terms: &'a [Term],
+    mut parameters: &'a [f64],
+) -> impl Iterator<Item = (&'a Term, &'a [f64])> {
+    terms.iter().map(move |term| {
+        let (own, others) = parameters.split_at(term.law.specs().len());
+        parameters = others;
+        (term, own)
+    })
+}
+
+/// Returns the effects of a kind with their parameters.
+pub fn only(
+    terms: &[Term],
+    parameters: &[f64],
+    is_wanted: impl Fn(Law) -> bool,
+) -> (Vec<Term>, Vec<f64>) {
+    let mut wanted = (Vec::new(), Vec::new());
+    for (term, own) in of_each(terms, parameters).filter(|(term, _)| is_wanted(term.law)) {
+        wanted.0.push(*term);
+        wanted.1.extend_from_slice(own);
+    }
+    wanted
+}

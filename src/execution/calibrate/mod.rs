@@ -24,8 +24,10 @@ use crate::motion::robot::{Marker, Robot};
 use crate::trace::{Event, NoWay, Why};
 
 pub mod arm;
+mod visited;
 mod visits;
 
+pub use visited::Visited;
 use visits::{Visit, visits};
 
 /// Which regressions are in force.
@@ -63,25 +65,6 @@ pub enum Error {
     /// The arm's marker was seen too rarely.
     #[error("{}", wording::seen_too_rarely(.0))]
     Unseen(Visited),
-}
-
-/// What became of the points at which the arm was to show its marker.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Visited {
-    /// Where the marker was seen.
-    pub seen: usize,
-    /// Where it was looked for: the points that the arm came to.
-    pub reached: usize,
-    /// The points at which the camera does not see it, by where camera and arm are thought to be.
-    pub outside: usize,
-    /// The others whose pose is out of the arm's reach.
-    pub out_of_reach: usize,
-    /// The others where something is in the way, or the limits refuse the way there.
-    pub in_the_way: usize,
-    /// The points that it was to come to: all of these.
-    pub points: usize,
-    /// How many it has to be seen at.
-    pub needed: usize,
 }
 
 /// Fits regressions 1 and 2, those that are switched on, and puts them in force on the action context. Nothing

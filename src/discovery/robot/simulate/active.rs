@@ -10,9 +10,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::chain::{Chain, MOST_JOINTS, PointMass};
 use super::super::channels::Quantity;
-use super::super::term::{Law, Term};
+use super::super::term::{Law, Term, of_each, only};
 use super::friction::{By, Dry, Loop, Smooth};
-use super::{Model, of_each, only};
+use super::model::Model;
 
 /// The effects sorted by where they act.
 pub(super) struct ActiveEffects {

@@ -9,9 +9,8 @@ use super::super::channels::Quantity;
 use super::super::plant::Course;
 use super::active::{ActiveEffects, AtJoint};
 use super::friction;
-use super::model::{JointMotion, Motion};
+use super::model::{GridPoint, JointMotion, Model, Motion};
 use super::recent::{Recent, Same};
-use super::{GridPoint, Model};
 
 /// A load smaller than this leaves a joint with play somewhere inside its gap, N·m; chosen.
 const PLAY_LOAD: f64 = 0.05;

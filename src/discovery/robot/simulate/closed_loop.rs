@@ -10,8 +10,7 @@ use super::super::chain::MOST_JOINTS;
 use super::super::plant::Course;
 use super::active::ActiveEffects;
 use super::friction::{Gapped, Loop, Smooth};
-use super::model::{JointMotion, Motion};
-use super::{GridPoint, Model};
+use super::model::{GridPoint, JointMotion, Model, Motion};
 use crate::discovery::recording::sidecar::Controller;
 use crate::discovery::selection::ParameterSpec;
 

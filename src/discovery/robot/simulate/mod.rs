@@ -23,7 +23,7 @@ use super::channels::{Channel, Quantity};
 use super::links::body;
 use super::load::Load;
 use super::plant::{Arm, Course};
-use super::term::{Law, Term};
+use super::term::{Law, Term, only};
 use crate::discovery::selection::{ParameterSpec, Set};
 use model::{ColumnKey, GridPoint, Motion, Moving, REMEMBERED, STRAY};
 pub use model::{Model, is_in};
@@ -249,30 +249,4 @@ impl Model {
         let mut columns = self.columns.lock().expect("no thread panics while it holds the lock");
         Shared::clone(columns.entry(key).or_insert(column))
     }
-}
-
-/// Returns each effect with its parameters.
-fn of_each<'a>(
-    terms: &'a [Term],
-    mut parameters: &'a [f64],
-) -> impl Iterator<Item = (&'a Term, &'a [f64])> {
-    terms.iter().map(move |term| {
-        let (own, others) = parameters.split_at(term.law.specs().len());
-        parameters = others;
-        (term, own)
-    })
-}
-
-/// Returns the effects of a kind with their parameters.
-fn only(
-    terms: &[Term],
-    parameters: &[f64],
-    is_wanted: impl Fn(Law) -> bool,
-) -> (Vec<Term>, Vec<f64>) {
-    let mut wanted = (Vec::new(), Vec::new());
-    for (term, own) in of_each(terms, parameters).filter(|(term, _)| is_wanted(term.law)) {
-        wanted.0.push(*term);
-        wanted.1.extend_from_slice(own);
-    }
-    wanted
 }

@@ -7,7 +7,7 @@ use super::super::channels::Quantity;
 use super::super::plant::Course;
 use super::super::spline::Spline;
 use super::active::{ActiveEffects, lengthen};
-use super::{Model, Motion};
+use super::model::{Model, Motion};
 use crate::discovery::recording::sidecar::TorqueSensor;
 
 /// Turns a motion into what the sensors read.
