@@ -1,8 +1,8 @@
 //! `trueup gap`: what the model lacks, from recordings or from points that a camera saw.
 
 mod apply;
-mod checked;
 mod bags;
+mod checked;
 mod foreign;
 mod given;
 mod inputs;

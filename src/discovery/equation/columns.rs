@@ -6,7 +6,7 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use super::super::recording::{Recording, noise};
+use super::super::recording::{Recording, noise, usual_step};
 use super::compile::Compiled;
 use super::wording;
 use crate::units::Dimension;
@@ -188,16 +188,6 @@ impl Data {
         }
         1
     }
-}
-
-/// Returns the median step between rows, s; 1 of a single row.
-pub fn usual_step(time: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if steps.is_empty() {
-        return 1.0;
-    }
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// A dimension without its angle, which counts as a number.

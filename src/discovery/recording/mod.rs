@@ -43,6 +43,16 @@ enum Cells {
 /// No sensor shows more than this, SI; chosen: a thousand times the stress, Pa, at which the best steel gives way.
 const MOST_SHOWN: f64 = 1e12;
 
+/// Returns the median step between rows, s; 1 of a single row.
+pub fn usual_step(time: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() {
+        return 1.0;
+    }
+    let middle = steps.len() / 2;
+    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
 impl Recording {
     /// Reads a recording: the text of its CSV file, of the sidecar beside it if there is one, and how
     /// the columns are to be called.
@@ -128,9 +138,7 @@ impl Recording {
 
     /// Returns the most common step of time (the median), s.
     pub fn step(&self) -> f64 {
-        let mut steps: Vec<f64> = self.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps[steps.len() / 2]
+        usual_step(&self.time)
     }
 
     /// Returns whether there is a column of that name.
