@@ -58,11 +58,15 @@ pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Opt
     let length = lower.chars().count();
     let allowed = if length <= 3 { 1 } else { 2 };
     let distance = |c: &str| {
-        let is_beginning = length >= 3 && c.starts_with(&lower);
-        if is_beginning { 1 } else { strsim::damerau_levenshtein(&lower, c) }
+        if length >= 3 && c.starts_with(&lower) {
+            return Some(1);
+        }
+        // A slip changes the length by one at most: what is longer or shorter needs no comparing.
+        let is_near = c.chars().count().abs_diff(length) <= allowed;
+        is_near.then(|| strsim::damerau_levenshtein(&lower, c))
     };
     candidates
-        .map(|c| (distance(&c.to_lowercase()), c))
+        .filter_map(|c| Some((distance(&c.to_lowercase())?, c)))
         .filter(|(distance, c)| *distance <= allowed && *distance < c.chars().count())
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)

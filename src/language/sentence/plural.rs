@@ -10,9 +10,14 @@ const BEFORE: &[&str] = &["the", "both", "two", "these", "those"];
 /// it is a plural.
 pub(super) fn pair(said: &str, with: &Knowledge<'_>) -> Option<(String, Option<Hindrance>)> {
     let words: Vec<&str> = said.split(' ').collect();
-    (0..words.len()).find_map(|at| {
-        let begin = (0..at).rev().find(|k| BEFORE.contains(&words[*k])).map(|k| k + 1)?;
-        let (noun, found) = singulars(words[at]).find_map(|one| {
+    let mut next = None;
+    words.iter().enumerate().find_map(|(at, word)| {
+        let begin = next;
+        if BEFORE.contains(word) {
+            next = Some(at + 1);
+        }
+        let begin = begin?;
+        let (noun, found) = singulars(word).find_map(|one| {
             let looks = words[begin..at].iter().copied().chain([one]);
             let found = resolve::objects(&looks.collect::<Vec<_>>().join(" "), None, "", with);
             Some((one, found.ok()?))
