@@ -16,6 +16,7 @@ mod quiz;
 mod table;
 mod records;
 mod sentences;
+mod statement;
 mod step;
 mod line_source;
 mod values;
@@ -28,13 +29,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::Scope;
 
-use crate::language::ast::{ExprKind, Step};
-use crate::language::{self, Diagnostic, Library, Source, text};
-use crate::report::exit::{self, Exit};
-use crate::report::{self, Failure, Style};
+use crate::language::ast::Step;
+use crate::language::{self, Library};
+use crate::report::exit::Exit;
+use crate::report::{Failure, Style};
 use crate::teach::stops::Stops;
-use crate::workcell::check::check_step;
-use crate::workcell::{Ending, Run, Stdlib, WorkCell};
+use crate::workcell::{Run, Stdlib, WorkCell};
 use calc::Calculator;
 use complete::Helper;
 use line_source::{LineSource, Pipe, Terminal, Typed};
@@ -348,209 +348,5 @@ impl<'scope, 'env> Session<'scope, 'env> {
             self.fail(&work::panicked(panic.as_ref(), false));
             Next::Prompt
         })
-    }
-
-    fn line(&mut self, line: &str) -> Next {
-        let line = paste::without_notes(line).trim();
-        if line.is_empty() {
-            return Next::Prompt;
-        }
-        if let Some(name) = line.strip_prefix('?') {
-            // A question about something leaves an open one open.
-            self.tell_about(name.trim());
-            return Next::Prompt;
-        }
-        if self.is_idle() && !line.starts_with(':') {
-            self.pending = None;
-            self.style.say("the line was left undone");
-            return Next::Prompt;
-        }
-        if let Some(pending) = self.pending.take()
-            && self.answered(pending, line)
-        {
-            return Next::Prompt;
-        }
-        let is_free = || {
-            self.values.all().all(|(name, _)| name != line) && self.library.callable(line).is_none()
-        };
-        let bare = matches!(line, "help" | "quit" | "exit") && is_free();
-        if let Some(command) = if bare { Some(line) } else { line.strip_prefix(':') } {
-            return self.command(command);
-        }
-        let done = match line.strip_prefix('!') {
-            Some(expression) => self.calculate(expression.trim()),
-            None => self.statement(line),
-        };
-        if let Err(failure) = done {
-            self.fail(&failure);
-        }
-        Next::Prompt
-    }
-
-    fn calculate(&mut self, expression: &str) -> Result<(), Failure> {
-        self.bench.cell()?.cancel().clear();
-        if let Some(answer) = self.calculator.answer(expression)? {
-            self.style.say(answer);
-        }
-        Ok(())
-    }
-
-    /// A call, a `let`, `it`, a question, or a sentence.
-    fn statement(&mut self, line: &str) -> Result<(), Failure> {
-        if line == "it" {
-            self.tell_it();
-            return Ok(());
-        }
-        let is_word = line.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
-        if is_word && self.named(line)? {
-            return Ok(());
-        }
-        let filled = match line.split_once('=') {
-            // The name that is given is not a value it could stand for.
-            Some((head, value)) if head.starts_with("let ") => {
-                self.values.fill(value).map(|value| format!("{head}={value}"))
-            }
-            _ => self.values.fill(line),
-        };
-        let meant = filled.as_deref().unwrap_or(line);
-        let (step, wrong) = language::parse_line(meant);
-        let is_read = !wrong.iter().any(Diagnostic::is_error);
-        match step {
-            Some(Step::Let(name, ..)) if is_read => self.bind(meant, &name.text),
-            _ if !is_read && sentences::looks_like_one(meant) => self.sentence(meant),
-            step => {
-                let is_call = match &step {
-                    Some(Step::Act(act)) => self.library.callable(&act.call.name.text).is_some(),
-                    Some(_) => true,
-                    None => false,
-                };
-                if !is_call && self.asked(meant)? {
-                    return Ok(());
-                }
-                let Some(step) = self.read(meant) else { return Ok(()) };
-                if filled.is_some() {
-                    self.style.say(format!("= {meant}"));
-                }
-                self.ask_or_run(step, meant, false);
-                Ok(())
-            }
-        }
-    }
-
-    /// `let dose = 40 mL`: worked out now, and remembered.
-    fn bind(&mut self, line: &str, name: &str) -> Result<(), Failure> {
-        if name == "it"
-            || self.scope.objects.contains_key(name)
-            || self.library.callable(name).is_some()
-        {
-            return Err(Failure::input("repl::name", format!("`{name}` means something already"))
-                .help("give the value another name"));
-        }
-        let Some(Step::Let(_, value, _)) = self.read(line) else { return Ok(()) };
-        let told = match &value.kind {
-            ExprKind::Name(_) | ExprKind::Text(_) | ExprKind::Bool(_) | ExprKind::Literal(_) => {
-                text::expr(&value)
-            }
-            _ => self.worth(&value)?,
-        };
-        self.style.say(format!("{name} = {told}"));
-        self.values.set(name, told);
-        Ok(())
-    }
-
-    fn tell_it(&self) {
-        let object = self.values.it().map_or_else(String::new, |it| format!("it is {it}"));
-        let told = match (&self.refused, &self.last) {
-            (Some(failure), _) => failure.message.clone(),
-            (None, Some(run)) => report::run::ending(run, self.style),
-            (None, None) if object.is_empty() => "nothing has run yet".to_owned(),
-            (None, None) => String::new(),
-        };
-        let lines = [told, object];
-        let lines: Vec<&str> = lines.iter().map(String::as_str).filter(|l| !l.is_empty()).collect();
-        self.style.say(lines.join("\n"));
-    }
-
-    /// Reads and checks a line; tells everything that is wrong with it.
-    fn read(&self, line: &str) -> Option<Step> {
-        self.read_as("", line)
-    }
-
-    /// As [`Self::read`], with the words that make a step of the line before it.
-    fn read_as(&self, before: &str, line: &str) -> Option<Step> {
-        let whole = format!("{before}{line}");
-        let source = Source::new("prompt", whole.as_str());
-        let (step, mut wrong) = language::parse_line(&whole);
-        if let Some(step) = step.as_ref().filter(|_| wrong.is_empty()) {
-            wrong = check_step(step, &source, &self.library, &self.stdlib, &self.scope);
-        }
-        let source = Source::new("prompt", line);
-        let typed: Vec<Diagnostic> =
-            wrong.iter().map(|each| each.clone().without_first(before.len())).collect();
-        for drawn in report::diagnostics(typed.iter().map(|each| (each, &source)), self.style) {
-            report::complain(drawn.trim_end());
-        }
-        if wrong.iter().any(Diagnostic::is_error) {
-            self.worsen(Exit::BadInput as u8);
-        }
-        step.filter(|_| !wrong.iter().any(Diagnostic::is_error))
-    }
-
-    /// Carries out a step and remembers what came of it.
-    fn run(&mut self, step: Step, meant: &str) {
-        if let Step::Act(act) = &step
-            && let Some(argument) = act.call.args.first().and_then(|arg| arg.values.first())
-            && let ExprKind::Name(object) = &argument.kind
-        {
-            self.values.set_it(object.clone());
-        }
-        // A line that cannot even begin leaves what was known of the last one.
-        if let Err(failure) = self.bench.cell() {
-            return self.fail(&failure);
-        }
-        let done = self.perform(step);
-        self.remember(done, meant);
-    }
-
-    /// Remembers what came of a call, and tells it when it is a failure.
-    fn remember(&mut self, done: Result<Run, Failure>, meant: &str) {
-        self.looking = None;
-        let (is_fault, is_stopped) = match &done {
-            Ok(run) => (run.device_help.is_some(), run.outcome == Ending::Stopped),
-            Err(failure) => (Self::is_fault(failure), failure.exit() == Exit::Stopped as u8),
-        };
-        if is_stopped {
-            self.lines.forget();
-        }
-        match done {
-            Ok(run) => {
-                self.worsen(exit::ended(&run) as u8);
-                self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
-                self.done.push(meant.to_owned());
-                self.last = Some(Box::new(run));
-                self.refused = None;
-            }
-            Err(failure) => {
-                self.fail(&failure);
-                self.refused = Some(failure);
-            }
-        }
-        self.look_for_fault(is_fault);
-    }
-
-    fn tell_about(&self, name: &str) {
-        let library = &self.library;
-        if let Some(text) = language::assist::describe(library, &self.scope, name) {
-            return self.style.tell(&text);
-        }
-        let failure = match name {
-            "" => Failure::input("repl::unknown", "`?` takes a name, such as `?pour`"),
-            name => Failure::input("repl::unknown", format!("nothing here is called `{name}`")),
-        };
-        let near = language::assist::nearest_name(library, &self.scope, name);
-        self.fail(&match near {
-            Some(near) => failure.help(format!("did you mean `?{near}`?")),
-            None => failure.help("`:tasks` lists what can be called"),
-        });
     }
 }
