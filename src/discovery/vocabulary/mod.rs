@@ -1,6 +1,6 @@
 //! The names of what a twin can lack: kind, how common it is, where it may sit, its parameters with units.
 //!
-//! One table, [`KINDS`]. A model file holds an effect as `name(at) { parameter = value unit }`, `gap`
+//! They stand in [`KINDS`]. A model file holds an effect as `name(at) { parameter = value unit }`, `gap`
 //! names it, JSON prints it: all three take their words from here. How an effect acts on a motion is
 //! the business of whoever simulates it ([`robot`](super::robot) for arms, `equation` for models).
 //!
@@ -111,9 +111,13 @@ pub struct Kind {
     pub shows: &'static str,
 }
 
+fn kinds() -> impl Iterator<Item = &'static Kind> {
+    KINDS.iter().copied().flatten()
+}
+
 /// Returns the kind of that name.
 pub fn kind_named(name: &str) -> Option<&'static Kind> {
-    KINDS.iter().find(|kind| kind.name == name)
+    kinds().find(|kind| kind.name == name)
 }
 
 impl Kind {
@@ -133,7 +137,7 @@ pub fn check(twin: &TwinItem) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for effect in &twin.effects {
         let Some(kind) = kind_named(&effect.name.text) else {
-            let names = KINDS.iter().map(|kind| kind.name);
+            let names = kinds().map(|kind| kind.name);
             found.push(unknown("effect", &effect.name, nearest(&effect.name.text, names)));
             continue;
         };
@@ -205,8 +209,8 @@ mod tests {
 
     #[test]
     fn names_are_unique_and_units_exist() {
-        for (at, kind) in KINDS.iter().enumerate() {
-            assert!(KINDS[..at].iter().all(|other| other.name != kind.name), "{}", kind.name);
+        for (at, kind) in kinds().enumerate() {
+            assert!(kinds().take(at).all(|other| other.name != kind.name), "{}", kind.name);
             assert!(!kind.sites.is_empty(), "{}", kind.name);
             for (_, unit) in kind.numbers().filter(|(_, unit)| *unit != "?") {
                 assert!(Unit::parse(unit).is_ok(), "{}: {unit}", kind.name);
