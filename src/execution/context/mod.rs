@@ -4,12 +4,13 @@
 //! the twin survived, through [`crate::arm::limits`]. Both work with the cell as the regressions found it. The
 //! words are bound to rhai in [`super::script`]; planning itself is in [`super::plan`].
 //!
-//! `ask` looks, plans and chooses, `motion` moves the arm, `brushed` tells what a free motion moved, `moving` past what moves by itself, `cartesian` its tool in the world, `feel` until something is
-//! felt, `hand` the fingers.
+//! `ask` looks, plans and chooses, `motion` moves the arm, `driving` carries each motion out, `brushed` tells what a free motion moved,
+//! `moving` past what moves by itself, `cartesian` its tool in the world, `feel` until something is felt, `hand` the fingers.
 
 mod ask;
 mod brushed;
 mod cartesian;
+mod driving;
 mod feel;
 mod hand;
 mod motion;
