@@ -7,8 +7,8 @@
 //! Where nothing but exact laws is missing, they leave noise, and names may well make up for each other.
 
 use super::refit::begins;
-use super::search::pays;
 use super::steady::{judge, rms};
+use super::weighing::pays;
 use super::{Hypothesis, Options, Outcome, Residuals, Set};
 use crate::discovery::finding::{ESTIMATED, EXPLAINED, SIGNIFICANT, above_noise, shrink};
 

@@ -7,9 +7,9 @@
 //! told of an explanation is what it leaves there. What explains the data as well as the
 //! effect chosen is kept as a [`Rival`], so that the caller can say "cannot tell".
 //!
-//! [`search`] holds the order of things, `screen` the linear algebra that says which candidates are worth a
-//! fit, [`refit`] the fit. Where residuals are linear in all but the shapes of the laws, [`search_linear`] writes them out once
-//! (`linear`) and searches there, from several beginnings.
+//! [`search`] holds the order of things, `weighing` what an effect is worth, `screen` the linear algebra that says which
+//! candidates are worth a fit, [`refit`] the fit. Where residuals are linear in all but the shapes of the laws, [`search_linear`]
+//! writes them out once (`linear`) and searches there, from several beginnings.
 //!
 //! Residuals are in units of their noise, so that the sum of their squares is `-2 ln` of the likelihood.
 //! The search draws no random numbers; parallel parts are collected in order.
@@ -27,6 +27,7 @@ mod search;
 mod steady;
 mod sure;
 mod upheld;
+mod weighing;
 mod wording;
 
 use nalgebra::DMatrix;
@@ -38,9 +39,10 @@ pub use linear::related;
 pub use refit::refit;
 pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
-pub use search::{is_sensible, search};
+pub use search::search;
 pub use steady::{judge, judged, left, path, reported, split};
 pub use upheld::upheld;
+pub use weighing::is_sensible;
 
 /// How a parameter enters, and on what scale.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use super::linear::Linear;
 use super::refit::same_terms;
-use super::search::{Grown, is_sensible, left_out, pays, plain, sensible, sensible_at, weighed};
+use super::search::{Grown, left_out, plain, sensible};
 use super::steady::{least_steady, steadied};
 use super::sure::least_sure;
+use super::weighing::{is_sensible, pays, sensible_at, weighed};
 use super::wording::WRITING_OUT;
 use super::{Diverged, Hypothesis, Options, Outcome, Residuals, refit};
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::refit::begins;
 use super::rounds::FAR;
-use super::search::{pays, weighed};
+use super::weighing::{pays, weighed};
 use super::{Hypothesis, Options, Outcome, Residuals, Rival, Set, sum_of_squares};
 use crate::discovery::finding::{Split, Step};
 use crate::discovery::resample::{self, Draw, STRETCHES};

@@ -7,8 +7,9 @@
 use rayon::prelude::*;
 
 use super::rounds::FAR;
-use super::search::{is_sensible, left_out, weighed};
+use super::search::left_out;
 use super::steady::{judge, judge_told, steadied};
+use super::weighing::{is_sensible, weighed};
 use super::{Hypothesis, Options, Outcome, Residuals};
 
 /// Judges an outcome by all rows of `gap`, and leaves out what they speak against, one at a time; `fitted` is what was searched in.
