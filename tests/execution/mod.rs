@@ -15,6 +15,7 @@ mod moving;
 mod script;
 mod decisions;
 mod together;
+mod walked;
 
 use std::sync::{Arc, Mutex};
 

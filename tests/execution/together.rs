@@ -4,7 +4,7 @@ use trueup::arm::Cancel;
 use trueup::execution::timing::SAME;
 use trueup::trace::Outcome;
 
-use super::during::{Eyes, Walked, walk, walk_with};
+use super::walked::{Eyes, Walked, walk, walk_with};
 
 /// How far the tool goes in 2 s and more.
 const RISE: &str = "rise(by: 18 cm) as rising";
