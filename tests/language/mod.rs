@@ -4,6 +4,7 @@ mod assist;
 mod diagnostics;
 mod forms;
 mod layout;
+mod meanings;
 mod mistakes;
 mod model;
 mod reading;
