@@ -1,21 +1,21 @@
 //! From recordings of an arm to a finding: lays the arm out along them, searches, answers.
 
 use super::against::hints;
-use super::arm_finding::{answer, different, loaded, synonym};
-use super::channels::Quantity;
+use super::arm_finding::{answer, synonym};
 use super::driven::driven_otherwise;
 use super::error::Misfit;
 use super::experiment::Experiment;
 use super::explain::ArmGap;
 use super::found::Found;
 use super::laid_out;
-use super::links::{self, Carried, Gain, Links, Turned};
+use super::links::{self, Gain, Links, Turned};
+use super::machines;
 use super::places::places;
 use super::term::{Law, SENSIBLE_GAIN, Term};
 use super::traces::traces;
 use super::wording;
 use crate::discovery::Investigation;
-use crate::discovery::finding::{SIGNIFICANT, Verdict, above_noise};
+use crate::discovery::finding::{Finding, SIGNIFICANT, Verdict, above_noise};
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set, sum_of_squares};
 use crate::discovery::why::whys;
@@ -66,7 +66,10 @@ pub fn investigate(
     let all = || train.iter().chain(heldout);
     if !all().all(|recording| is_simulated(recording) && shows_torques(recording)) {
         let found = investigated(robot, known, train, heldout, options, progress);
-        return found.map(|found| found.0).map_err(Trouble::error);
+        let found = found.map_err(Trouble::error)?.0;
+        let parted = || machines::parted(robot, known, [train, heldout], options);
+        let parted = if is_explained(&found) { None } else { parted() };
+        return Ok(parted.map_or(found, told_alone));
     }
     let few = Options { most: options.most.min(SIMULATED), ..*options };
     let simulated = investigated(robot, known, train, heldout, &few, progress);
@@ -156,6 +159,12 @@ fn is_explained(found: &Investigation) -> bool {
     )
 }
 
+/// Tells a finding that has nothing to be shown beside it.
+fn told_alone(finding: Finding) -> Investigation {
+    let (traces, whys) = (Vec::new(), Vec::new());
+    Investigation { finding, traces, whys, experiment: None, revision: None }
+}
+
 /// Notes that what was found was found along the measured motion, and why.
 fn told_along(
     mut found: Investigation,
@@ -187,11 +196,7 @@ fn investigated(
     let options = &searched_with(options, &gap, robot.n_joints());
     progress(wording::IDENTIFYING, 0.0);
     let mut names: Vec<&str> = train.iter().chain(heldout).map(|r| r.name.as_str()).collect();
-    if let Some(delay) = links::late(&gap) {
-        gap.known.0.push(Term { law: Law::SensorDelay(Quantity::Torque), joint: 0 });
-        gap.known.1.push(delay);
-        notes.push(wording::read_late(delay));
-    }
+    machines::settle_delay(&mut gap, &mut notes);
     let numbers = links::identified(&gap).unwrap_or_default();
     if numbers.is_too_short {
         let seconds = train.iter().map(Recording::duration).sum();
@@ -203,22 +208,8 @@ fn investigated(
         let Turned { joints, left, .. } = turned;
         return Err(Misfit::TorquesAgainst { joints, left }.at(names.join(", ")).into());
     }
-    let differs = |finding| Investigation {
-        finding,
-        traces: Vec::new(),
-        whys: Vec::new(),
-        experiment: None,
-        revision: None,
-    };
-    if numbers.are_apart
-        && let Some((carried, of_train)) = bearing(&mut gap)
-    {
-        let who = if of_train { train } else { heldout };
-        let who: Vec<&str> = who.iter().map(|recording| recording.name.as_str()).collect();
-        return Ok((differs(loaded(&gap, &carried, &who.join(", "), options, notes)), 0));
-    }
-    if let Some(words) = &numbers.different {
-        return Ok((differs(different(&gap, words, notes)), 0));
+    if let Some(finding) = machines::apart(&mut gap, &numbers, [train, heldout], options, &notes) {
+        return Ok((told_alone(finding), 0));
     }
     let mut found = found(&mut gap, numbers.own, options, progress).map_err(runs_away)?;
     if let Some(turned) = turned(&gap, &found.outcome) {
@@ -331,17 +322,6 @@ fn turned(gap: &ArmGap, outcome: &Outcome<Term>) -> Option<Misfit> {
         let is_turned = term.law == Law::TorqueGain && SENSIBLE_GAIN.contains(&-gain);
         is_turned.then_some(Misfit::TorqueTurned { joint: term.joint, gain })
     })
-}
-
-/// Returns the load that the recordings held out bear, or those fitted, which then change their places; and whether it is those.
-fn bearing(gap: &mut ArmGap) -> Option<(Carried, bool)> {
-    for of_train in [false, true] {
-        if let Some(carried) = links::carried(gap) {
-            return Some((carried, of_train));
-        }
-        std::mem::swap(&mut gap.train, &mut gap.heldout);
-    }
-    None
 }
 
 /// Searches with the numbers that fit the recordings, which `gap` has from then on.

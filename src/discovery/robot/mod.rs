@@ -22,6 +22,7 @@ pub mod known;
 pub mod experiment;
 mod driven;
 mod found;
+mod machines;
 pub mod investigate;
 pub mod load;
 mod against;

@@ -101,6 +101,14 @@ pub(super) fn bear_more(who: &str, mass: f64, std: f64) -> String {
     )
 }
 
+/// That these recordings were held out and the others fitted, since two machines describe the two sets best.
+pub(super) fn parted(who: &str) -> String {
+    format!(
+        "no model of one machine was found for all recordings: {who} compared with the others, the way to part them of which two \
+         machines leave least"
+    )
+}
+
 /// Which number of a link is furthest from the file's, in units of what files are usually off by.
 pub(super) fn far_off(parameter: &str, link: &str, by: f64) -> String {
     format!(

@@ -32,6 +32,18 @@ impl Sums {
         (left / self.rows.max(1.0)).max(1e-12)
     }
 
+    /// Returns what it says of the recordings of both.
+    pub(super) fn and(&self, other: &Self) -> Self {
+        Self {
+            joint: self.joint,
+            gram: &self.gram + &other.gram,
+            along: &self.along + &other.along,
+            square: self.square + other.square,
+            rows: self.rows + other.rows,
+            related: self.related.max(other.related),
+        }
+    }
+
     /// Returns the same by other numbers, of which those there are follow through `by`.
     fn seen(&self, by: &DMatrix<f64>) -> Self {
         Self {
@@ -227,15 +239,8 @@ impl Problem {
 
     /// Returns both sets as one to be fitted.
     pub(super) fn merged(&self) -> Self {
-        let both = |(fitted, held): (&Sums, &Sums)| Sums {
-            joint: fitted.joint,
-            gram: &fitted.gram + &held.gram,
-            along: &fitted.along + &held.along,
-            square: fitted.square + held.square,
-            rows: fitted.rows + held.rows,
-            related: fitted.related.max(held.related),
-        };
-        self.with(self.train.iter().zip(&self.heldout).map(both).collect(), Vec::new())
+        let both = self.train.iter().zip(&self.heldout).map(|(fitted, held)| fitted.and(held));
+        self.with(both.collect(), Vec::new())
     }
 
     fn with(&self, train: Vec<Sums>, heldout: Vec<Sums>) -> Self {

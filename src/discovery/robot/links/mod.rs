@@ -17,6 +17,7 @@ mod carried;
 mod fit;
 mod gains;
 mod late;
+mod parted;
 mod signs;
 mod single;
 
@@ -42,6 +43,7 @@ use single::named;
 
 pub(super) use carried::{Carried, carried};
 pub(super) use late::late;
+pub(super) use parted::parted;
 pub(super) use signs::Turned;
 
 /// By how much the links' numbers must predict better to be taken: by a tenth of what is left.
@@ -134,11 +136,16 @@ pub(super) struct Numbers {
     pub(super) own: Option<(Links, Vec<Gain>)>,
 }
 
+/// Returns whether every recording says what its motion took.
+fn tells(gap: &ArmGap) -> bool {
+    let has_torque = |model: &Model| model.course.data.has(Quantity::Torque);
+    gap.is_along() && gap.train.iter().chain(&gap.heldout).all(has_torque)
+}
+
 /// Identifies the numbers of the links; `None` where the recordings say nothing of them.
 pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let model = gap.train.first()?;
-    let has_torque = |model: &Model| model.course.data.has(Quantity::Torque);
-    if !gap.is_along() || !gap.train.iter().chain(&gap.heldout).all(has_torque) {
+    if !tells(gap) {
         return None;
     }
     let gap = gap.for_search();
