@@ -176,8 +176,12 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let named = named(&problem, &parts, bodies, &weights);
     // What was fitted of the joints may be worse than nothing, of what it was not fitted to.
     let as_filed = DVector::zeros(problem.prior.len());
+    let loaded = [&parts.joints, &parts.load];
+    let with_load = problem.fit(&parts.only(&loaded));
+    let beside_load = with_load.map(|fit| with_gains(&loaded, &fit)).unwrap_or_default();
     let plainest = with_gains(&[&parts.joints], &bare)
         .iter()
+        .chain(&beside_load)
         .map(|shown| shown.problem.judged(&shown.fit.x, &weights))
         .chain([&bare.x, &as_filed].map(|x| problem.judged(x, &weights)))
         .chain(named)

@@ -1,7 +1,10 @@
-//! What a single effect with a name explains beside the numbers of the file: where one does as well as other links do, it is the
-//! one that is missing.
+//! What an effect with a name explains beside the numbers of the file, by itself or beside a load: where it does as well as other
+//! links do, it is what is missing.
+
+use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 use super::super::chain::Body;
 use super::body::{FAR_OUT, NUMBERS, numbers};
@@ -11,7 +14,7 @@ use super::fit::{Fit, Parts, Problem};
 pub(super) const AGREEING: usize = 4;
 
 /// Returns what is left of the recordings held out by each effect with a name beside the numbers of the file: a load, every link
-/// heavier by itself, and every other that could be taken for other links.
+/// heavier by itself, and every other that could be taken for other links, also beside a load.
 pub(super) fn named(
     problem: &Problem,
     parts: &Parts,
@@ -28,14 +31,23 @@ pub(super) fn named(
     let others =
         parts.each_named().filter_map(|effect| problem.fit(&parts.only(&[&parts.joints, &effect])));
     let mut left: Vec<f64> = heavier.chain(others).map(judged).collect();
-    left.extend(loaded(problem, parts, bodies.len(), weights));
+    let beside: Vec<Range<usize>> = std::iter::once(0..0).chain(parts.each_named()).collect();
+    let loads = beside.par_iter();
+    let loads = loads.filter_map(|effect| loaded(problem, parts, bodies.len(), effect, weights));
+    left.par_extend(loads);
     left
 }
 
-/// Returns what a load leaves, with the inertia that a mass at a place has: it follows from mass and moment, which are fitted anew
-/// beside it until they agree.
-fn loaded(problem: &Problem, parts: &Parts, n: usize, weights: &[f64]) -> Option<f64> {
-    let directions = parts.only(&[&parts.joints, &parts.load]);
+/// Returns what a load leaves beside an effect, with the inertia that a mass at a place has: it follows from mass and moment, which
+/// are fitted anew beside it until they agree.
+fn loaded(
+    problem: &Problem,
+    parts: &Parts,
+    n: usize,
+    effect: &Range<usize>,
+    weights: &[f64],
+) -> Option<f64> {
+    let directions = parts.only(&[&parts.joints, &parts.load, effect]);
     let mut fit = problem.fit(&directions)?;
     let mut left = problem.judged(&fit.x, weights);
     for _ in 0..AGREEING {
