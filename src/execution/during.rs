@@ -28,6 +28,7 @@ use crate::world::{Scene, WorldState};
 use super::body::Sight;
 use super::decisions::Ended;
 use super::error::ActionError;
+use super::paces::Paces;
 use crate::arm::Feedback;
 use crate::trace::{Cause, Overdue, Unmet};
 
@@ -45,8 +46,6 @@ pub struct Deadline {
     pub seconds: f64,
     /// Since when, s of arm time.
     pub since: f64,
-    /// The share of full speed that the arm is held to.
-    pub pace: f64,
 }
 
 /// How one condition fared while a step ran.
@@ -115,6 +114,7 @@ pub struct During {
     begin: f64,
     watched: Vec<Watched>,
     deadlines: Vec<Deadline>,
+    paces: Paces,
     /// When the rehearsal says an `until` came true.
     rehearsed: Option<Ended>,
     motion: Option<Motion>,
@@ -148,6 +148,7 @@ impl During {
             begin,
             watched: conditions().map(Watched::new).collect(),
             deadlines: Vec::new(),
+            paces: Paces::default(),
             rehearsed: None,
             motion: None,
             motions: 0,
@@ -157,10 +158,10 @@ impl During {
         }
     }
 
-    /// Puts time limits in force.
+    /// Puts time limits in force, counted by how fast the arm is held to move.
     #[must_use]
-    pub fn within(self, deadlines: Vec<Deadline>) -> Self {
-        Self { deadlines, ..self }
+    pub fn within(self, deadlines: Vec<Deadline>, paces: Paces) -> Self {
+        Self { deadlines, paces, ..self }
     }
 
     /// Says when the rehearsal saw an `until` come true.
@@ -169,8 +170,10 @@ impl During {
         Self { rehearsed, ..self }
     }
 
-    /// Begins a motion, or a wait, that is to take `seconds`, or goes on with it when `over` s of it are over.
-    pub fn motion_begins(&mut self, sight: Box<dyn Sight>, over: f64, seconds: f64) {
+    /// Begins a motion, or a wait, that is to take `seconds`, or goes on with it when `over` s of it are over; `paces` is how fast
+    /// the arm is held to move by now.
+    pub fn motion_begins(&mut self, sight: Box<dyn Sight>, over: f64, seconds: f64, paces: Paces) {
+        self.paces = paces;
         self.motion = Some(Motion { sight, began: None, over, seconds });
     }
 
@@ -239,7 +242,7 @@ impl During {
         }
         self.ending(&readings, since, elapsed)
             .or_else(|| self.broken(&readings, since))
-            .or_else(|| self.too_late(feedback.time))
+            .or_else(|| self.overdue(feedback.time).map(Cut::Broken))
     }
 
     /// Reads every condition at this tick.
@@ -304,31 +307,21 @@ impl During {
         None
     }
 
-    /// The first limit that is exceeded.
-    fn too_late(&self, now: f64) -> Option<Cut> {
-        let over = |limit: &&Deadline| now - limit.since > limit.stretched() + 1e-9;
-        self.deadlines.iter().find(over).map(|limit| Cut::Broken(limit.exceeded(now)))
-    }
-
-    /// Says which limit is exceeded at arm time `now`, if one is.
+    /// Says which limit is exceeded at arm time `now` (s), the first if any is.
     pub fn overdue(&self, now: f64) -> Option<Cause> {
-        match self.too_late(now) {
-            Some(Cut::Broken(cause)) => Some(cause),
-            _ => None,
-        }
+        self.deadlines.iter().find_map(|limit| limit.exceeded(now, &self.paces))
     }
 }
 
 impl Deadline {
-    /// How long it may take at this pace, s.
-    pub fn stretched(&self) -> f64 {
-        self.seconds / self.pace
-    }
-
-    /// Says that it is exceeded at arm time `now`, s.
-    pub(super) fn exceeded(&self, now: f64) -> Cause {
-        let Self { of, seconds, since, pace } = self.clone();
-        Cause::Overdue(Overdue { of, took_s: now - since, limit_s: seconds, pace })
+    /// Says whether it is exceeded at arm time `now` (s), the arm having been held to these paces.
+    pub(super) fn exceeded(&self, now: f64, paces: &Paces) -> Option<Cause> {
+        let counted = paces.unslowed(self.since, now);
+        (counted > self.seconds + 1e-9).then(|| {
+            let took_s = now - self.since;
+            let (of, limit_s) = (self.of.clone(), self.seconds);
+            Cause::Overdue(Overdue { of, took_s, limit_s, pace: counted / took_s })
+        })
     }
 }
 

@@ -9,6 +9,7 @@
 pub mod cell;
 pub mod plan;
 pub mod decisions;
+pub mod paces;
 pub mod during;
 pub mod timing;
 pub mod uses;

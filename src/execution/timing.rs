@@ -16,6 +16,7 @@ use crate::trace::Mistimed;
 
 use super::done::Done;
 use super::during::Deadline;
+use super::paces::Paces;
 use super::worked::Worked;
 
 /// Two times closer than this are the same, s: a little more than the period at which a step's end is
@@ -27,6 +28,8 @@ pub const SAME: f64 = 0.05;
 pub struct Past {
     /// When each task that has a limit began, by path, s of arm time.
     begun: BTreeMap<String, f64>,
+    /// How fast the arm was held to move.
+    pub(super) paces: Paces,
     /// When each step was done, by path.
     intervals: BTreeMap<String, Interval>,
     /// Steps that are over before their turn to be told, by index.
@@ -39,8 +42,8 @@ pub struct Past {
 
 impl Past {
     /// Returns the limits in force for a step that begins at arm time `now` (s), and starts the clocks of
-    /// the tasks that begin with it. A task that is tried again goes on with the time it had. An arm at
-    /// `pace` of its full speed has so much longer.
+    /// the tasks that begin with it. A task that is tried again goes on with the time it had. From now on the
+    /// arm is held to `pace` of its full speed, and has so much longer.
     pub fn deadlines(
         &mut self,
         pg: &ParseGraph,
@@ -48,13 +51,14 @@ impl Past {
         now: f64,
         pace: f64,
     ) -> Vec<Deadline> {
+        self.paces.turn(now, pace);
         let step = &pg.steps[index];
         let around = step.limits.iter().map(|limit| {
             let since = *self.begun.entry(limit.owner.clone()).or_insert(now);
-            Deadline { of: limit.text.clone(), seconds: limit.seconds, since, pace }
+            Deadline { of: limit.text.clone(), seconds: limit.seconds, since }
         });
         let mut all: Vec<_> = around.collect();
-        let own = |seconds| Deadline { of: step.text.clone(), seconds, since: now, pace };
+        let own = |seconds| Deadline { of: step.text.clone(), seconds, since: now };
         all.extend(step.limit.map(own));
         all
     }

@@ -354,10 +354,9 @@ impl Walker<'_> {
             None => state.time,
         };
         self.scripts.context().past().done(&step.path, Interval { from, to });
-        let pace = self.scripts.context().cell().limits.pace;
-        let own = |seconds| Deadline { of: step.text.clone(), seconds, since: from, pace };
-        let late = step.limit.map(own).filter(|own| to - from > own.stretched());
-        let late = late.map(|own| own.exceeded(to));
+        let own = |seconds| Deadline { of: step.text.clone(), seconds, since: from };
+        let paces = self.scripts.context().past().paces.clone();
+        let late = step.limit.map(own).and_then(|own| own.exceeded(to, &paces));
         let broken =
             late.or_else(|| promised(&self.reader(), &step.gives, &state)).map(StepFailure::from);
         let end = End { broken, interval: Some([from, to]), lines, ..End::default() };

@@ -116,8 +116,9 @@ impl<'a> Walker<'a> {
         let before = self.scripts.context().state()?;
         let begin = before.time;
         let mut end = End::default();
-        let pace = self.scripts.context().cell().limits.pace;
+        let pace = self.scripts.context().pace();
         let deadlines = self.scripts.context().past().deadlines(pg, index, begin, pace);
+        let paces = self.scripts.context().past().paces.clone();
         let begun = self.scripts.context().begin_step(&step.path);
         let rehearsed = match begun {
             Ok(rehearsed) => rehearsed,
@@ -151,7 +152,7 @@ impl<'a> Walker<'a> {
         let scene = self.scripts.context().cell().scene.clone();
         let stroke = self.scripts.context().cell().robot.max_opening();
         let during = During::new(step, self.library, scene, self.start.clone(), begin, stroke)
-            .within(deadlines)
+            .within(deadlines, paces)
             .as_rehearsed(rehearsed);
         self.scripts.context().watch_over(during);
         let acted = self.act(step);

@@ -51,7 +51,7 @@ pub struct Overdue {
     pub took_s: f64,
     /// The limit at full speed, s.
     pub limit_s: f64,
-    /// The share of full speed that the arm is held to.
+    /// The share of full speed that the arm was held to, in the mean over that time.
     pub pace: f64,
 }
 

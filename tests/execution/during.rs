@@ -15,7 +15,7 @@ use trueup::trace::Outcome;
 use trueup::units::Unit;
 use trueup::workcell::Stdlib;
 
-use super::walked::{AHEAD, Eyes, Ticks, Walked, plan, tool_at_home, walk, walk_with};
+use super::walked::{AHEAD, Eyes, Ticks, Walked, plan, tool_at_home, walk, walk_slowly, walk_with};
 use crate::kitchen;
 
 /// Where the tool is in each tick: arm time s, x and z m.
@@ -197,6 +197,27 @@ fn a_limit_stops_its_action_and_a_tasks_limit_counts_from_its_first_step() {
     );
     let took = walked.step(2).interval[1] - walked.step(0).interval[0];
     assert!(took > 2.0 && took < 2.0 + PERIOD + 0.02, "{took}");
+}
+
+/// `slow 5` once failed the first step that took longer than its limit: 30 s of it went by before the arm was half way.
+#[test]
+fn a_limit_stretches_as_the_dial_slows_the_arm_down() {
+    let walked = walk_slowly("{ pause(time: 3 s) }", &[20]);
+    assert_eq!(walked.step(0).outcome, Outcome::Success, "{}", walked.reason(0));
+    let walked = walk_slowly("{ pause(time: 3 s) }", &[50]);
+    let reason = walked.reason(0);
+    assert!(reason.starts_with("pause(time: 3 s) has taken 2.0"), "{reason}");
+    assert!(reason.ends_with("its limit is 1 s at full speed, 2 s at 0.50 of it"), "{reason}");
+    // A task's limit counts each second as fast as it went by.
+    let walked = walk_slowly(
+        "{ limit 2 s  pause(time: 0.9 s)  pause(time: 3 s)  pause(time: 0.7 s)  pause(time: 0.9 s) }",
+        &[100, 10, 100],
+    );
+    let ended: Vec<_> = walked.steps.iter().map(|s| s.as_ref().unwrap().outcome).collect();
+    let well = Outcome::Success;
+    assert_eq!(ended, [well, well, well, Outcome::Failure], "{}", walked.reason(2));
+    let reason = walked.reason(3);
+    assert!(reason.starts_with("t() has taken 4.") && reason.contains("2 s at full speed, "));
 }
 
 #[test]

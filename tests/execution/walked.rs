@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::Vector3;
 use trueup::arm::{Arm, Cancel, DeviceError, Feedback, Grip};
 use trueup::execution::body::{Body, Sight};
+use trueup::execution::conduct::Dial;
 use trueup::execution::context::ActionContext;
 use trueup::execution::decisions::DecisionLog;
 use trueup::execution::done::Done;
@@ -170,6 +171,17 @@ pub(super) fn plan(tasks: &str, call: &str) -> (Library, ParseGraph) {
 
 /// Walks `task t() { … }` to its first step that fails.
 pub(super) fn walk_with(body: &str, log: DecisionLog, eyes: Eyes, cancel: &Cancel) -> Walked {
+    walk_dialled(body, log, eyes, cancel, &[])
+}
+
+/// As [`walk_with`], the dial turned to so many percent before each step; left where it is before more.
+fn walk_dialled(
+    body: &str,
+    log: DecisionLog,
+    eyes: Eyes,
+    cancel: &Cancel,
+    percents: &[u8],
+) -> Walked {
     let (library, pg) = plan(&format!("task t() {body}"), "t()");
     let cell = super::cell();
     // The jar stands straight ahead.
@@ -184,7 +196,7 @@ pub(super) fn walk_with(body: &str, log: DecisionLog, eyes: Eyes, cancel: &Cance
     };
     let ticks = Arc::new(Mutex::new(Ticks::default()));
     let scene = cell.scene.clone();
-    let context = ActionContext::new(
+    let mut context = ActionContext::new(
         cell,
         body,
         kitchen::HOME.to_vec(),
@@ -193,11 +205,16 @@ pub(super) fn walk_with(body: &str, log: DecisionLog, eyes: Eyes, cancel: &Cance
         cancel.clone(),
         ticks.clone(),
     );
+    let dial = Dial::default();
+    context.obey(dial.clone());
     let mut scripts = Scripts::new(context);
     let start = scripts.context().state().unwrap();
     let mut walker = Walker::new(&mut scripts, &Actions, &library, &scene, &start);
     let mut steps = Vec::new();
     for index in 0..pg.steps.len() {
+        if let Some(percent) = percents.get(index) {
+            dial.turn(*percent);
+        }
         let step = walker.step(&pg, index, &[]);
         let goes_on = step.as_ref().is_ok_and(|done| done.outcome == Outcome::Success);
         steps.push(step);
@@ -213,6 +230,10 @@ pub(super) fn walk_with(body: &str, log: DecisionLog, eyes: Eyes, cancel: &Cance
 
 pub(super) fn walk(body: &str) -> Walked {
     walk_with(body, DecisionLog::recording(), Eyes::Twins, &Cancel::default())
+}
+
+pub(super) fn walk_slowly(body: &str, percents: &[u8]) -> Walked {
+    walk_dialled(body, DecisionLog::recording(), Eyes::Twins, &Cancel::default(), percents)
 }
 
 /// How far ahead of the tool the jar stands, m.

@@ -50,12 +50,16 @@ impl ActionContext {
         self.in_time(seconds - over)?;
         let (mut ticks, openings) = (ticks(&self.setting.watcher), self.step.openings.clone());
         let state = self.body.state()?;
+        // As fast as it is held to move now this motion goes on, whatever the dial says meanwhile.
+        let pace = self.pace();
+        self.run.past.paces.turn(state.time, pace);
         let mut working = self.working(&state);
         let around = std::mem::take(&mut self.run.around);
         let mut guard = Guard::new(self.setting.cell.clone(), &state, around, room);
         let mut during = self.step.during.take();
         if let Some(during) = &mut during {
-            during.motion_begins(self.body.sight(), over, seconds);
+            let paces = self.run.past.paces.clone();
+            during.motion_begins(self.body.sight(), over, seconds, paces);
         }
         // What cuts this motion short is not a wish to stop everything.
         let stop = self.setting.cancel.child();

@@ -172,6 +172,11 @@ impl ActionContext {
         self.setting.dial = dial;
     }
 
+    /// Returns the share of full speed that the arm is held to now.
+    pub fn pace(&self) -> f64 {
+        self.setting.cell.limits.pace / self.setting.dial.stretch()
+    }
+
     /// Allows so much arm time from now on, s, and so much planning altogether, in units of [`Budget`]; without
     /// this there is no end to the time, and each plan has a budget of its own.
     ///
