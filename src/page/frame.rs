@@ -103,6 +103,7 @@ pub(super) fn page(site: &Site, view: &View) -> Response {
          <header><nav aria-label=\"pages\">{}</nav></header>\n\
          <main id=\"main\" tabindex=\"-1\" data-says=\"{}\" data-soon=\"{}\"{live}>\n{}</main>\n\
          <p id=\"says\" class=\"aside\" role=\"status\"></p>\n\
+         <p id=\"refused\" role=\"alert\" hidden></p>\n\
          <footer><p class=\"js\"><label><input type=\"checkbox\" id=\"keys\" checked> single keys: \
          <kbd>y</kbd> <kbd>n</kbd> <kbd>u</kbd> answer, <kbd>h</kbd> hint, <kbd>←</kbd> <kbd>→</kbd> \
          step{}</label></p>\n\

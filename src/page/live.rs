@@ -77,6 +77,8 @@ pub(super) struct Now {
     pub(super) is_done: bool,
     /// Where the run waits, while it waits.
     pub(super) waits: Option<Pause>,
+    /// The step that is carried out, or comes next, with those after it; `None` before there is a plan.
+    pub(super) ahead: Option<Box<Ahead>>,
     /// The breakpoint that it waits at.
     pub(super) stop: Option<String>,
     /// Why it did not wait where it was asked to.
@@ -93,6 +95,15 @@ impl Now {
     pub(super) fn run(&self) -> Option<&str> {
         self.dir.as_deref()?.file_name()?.to_str()
     }
+}
+
+/// Why a breakpoint was not set.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Unset {
+    /// Nobody knows yet which steps there will be.
+    NoPlan,
+    /// No step of what is left of the run has this name; the nearest that one has, if one is near.
+    NoStep(Option<String>),
 }
 
 /// What page and run share.
@@ -147,11 +158,10 @@ impl Live {
     ///
     /// # Errors
     ///
-    /// The name that is near, when no step of what is left of the run has this one.
-    pub(super) fn set_stop(&self, name: &str) -> Result<(), Option<String>> {
-        if let Some(Pause::Before(ahead)) = &self.lock().waits {
-            stops::check(name, ahead)?;
-        }
+    /// That nothing it could name is planned.
+    pub(super) fn set_stop(&self, name: &str) -> Result<(), Unset> {
+        let ahead = self.lock().ahead.clone().ok_or(Unset::NoPlan)?;
+        stops::check(name, &ahead).map_err(Unset::NoStep)?;
         self.stops.set(name);
         self.change(|_| {});
         Ok(())
@@ -245,6 +255,10 @@ impl Lead {
         Self { live, until: 0 }
     }
 
+    fn comes(&self, ahead: &Ahead) {
+        self.live.change(|now| now.ahead = Some(Box::new(ahead.clone())));
+    }
+
     /// Waits at a place where the arm holds still; `None` when the run is to stop.
     fn wait(&self, at: Pause, stop: Option<String>, doing: String) -> Option<Wish> {
         self.live.change(|now| {
@@ -284,6 +298,7 @@ pub(super) fn sub_task(ahead: &Ahead) -> Option<&Part> {
 
 impl Conductor for Lead {
     fn before(&mut self, ahead: &Ahead) -> Word {
+        self.comes(ahead);
         let stop = self.live.stops.hit(ahead);
         if ahead.number <= self.until && stop.is_none() {
             return Word::Go;
@@ -322,6 +337,7 @@ impl Conductor for Lead {
     }
 
     fn passing(&mut self, ahead: &Ahead, why: &str) {
+        self.comes(ahead);
         let stop = self.live.stops.hit(ahead);
         if ahead.number > self.until || stop.is_some() {
             // The pause that was wanted is made up for at the next place where it can be.

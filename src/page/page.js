@@ -11,9 +11,11 @@ async function show(url, { sent = null, push = true } = {}) {
   const answer = await (sent ?? fetch(url, { headers: { Accept: "text/html" } }));
   if (!(answer.headers.get("Content-Type") ?? "").startsWith("text/html")) {
     // A refusal is a line of text.
-    say((await answer.text()).trim());
+    refuse((await answer.text()).trim());
     return;
   }
+  // What is read again by itself is no answer to it.
+  if (push) refuse("");
   const next = new DOMParser().parseFromString(await answer.text(), "text/html");
   const main = next.getElementById("main");
   const pictures = [...main.querySelectorAll("img")].map((picture) => picture.decode().catch(() => {}));
@@ -43,6 +45,13 @@ async function show(url, { sent = null, push = true } = {}) {
 
 function say(words) {
   document.getElementById("says").textContent = words;
+}
+
+// Says why a form was not done, where it is seen and heard; nothing takes it away again.
+function refuse(words) {
+  const line = document.getElementById("refused");
+  line.hidden = !words;
+  line.textContent = words;
 }
 
 // After a page has come: the lit node in view, the next pictures on their way.
@@ -77,8 +86,12 @@ addEventListener("submit", (event) => {
   if (form.method !== "post") return;
   event.preventDefault();
   const body = new URLSearchParams(new FormData(form, event.submitter));
-  for (const button of form.querySelectorAll("button")) button.disabled = true;
-  show(form.action, { sent: fetch(form.action, { method: "POST", body }) });
+  const buttons = form.querySelectorAll("button:not(:disabled)");
+  for (const button of buttons) button.disabled = true;
+  // A form that was refused is there still.
+  show(form.action, { sent: fetch(form.action, { method: "POST", body }) }).finally(() => {
+    for (const button of buttons) button.disabled = false;
+  });
 });
 
 addEventListener("input", (event) => {

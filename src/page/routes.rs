@@ -1,7 +1,7 @@
 //! Which request is answered by what.
 
 use super::frame::{self, View};
-use super::live::Wish;
+use super::live::{Unset, Wish};
 use super::site::Site;
 use super::step::{At, When};
 use super::{answering, api, overview, quiz, step, stepping, watching};
@@ -124,13 +124,8 @@ impl Site {
                 if name.is_empty() {
                     return Response::text(400, "a breakpoint names a step, such as grasp");
                 }
-                if let Err(near) = live.set_stop(name) {
-                    let near = near.map(|near| format!(": did you mean {near}?"));
-                    let words = format!(
-                        "no step from here on is called {name}{}",
-                        near.unwrap_or_default()
-                    );
-                    return Response::text(400, &words);
+                if let Err(unset) = live.set_stop(name) {
+                    return refused(name, &unset);
                 }
             }
             ("clear", _) => live.clear_stop(&request.sent("step").unwrap_or_default()),
@@ -165,6 +160,23 @@ impl Site {
                 Response::new(200, kind, bytes).with("Cache-Control", "private, max-age=3600")
             }
             Err(_) => Response::text(404, "there is no such picture"),
+        }
+    }
+}
+
+/// Says why a breakpoint was not set.
+fn refused(name: &str, unset: &Unset) -> Response {
+    match unset {
+        Unset::NoPlan => Response::text(
+            409,
+            "nothing is planned yet; the run waits before its first step, and takes breakpoints then",
+        ),
+        Unset::NoStep(near) => {
+            let help = match near {
+                Some(near) => format!(": did you mean {near}?"),
+                None => "; the field lists those there are".to_owned(),
+            };
+            Response::text(400, &format!("no step from here on is called {name}{help}"))
         }
     }
 }

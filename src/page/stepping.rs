@@ -171,10 +171,11 @@ fn panel(live: &Live, now: &Now, is_open: bool) -> String {
 
 /// The breakpoints, one more to be set, and a button to take each away.
 fn breakpoints(live: &Live, now: &Now) -> String {
-    let mut names: Vec<&str> = match &now.waits {
-        Some(Pause::Before(ahead)) => known(ahead),
-        _ => Vec::new(),
+    let Some(ahead) = &now.ahead else {
+        return "<p class=\"note\">Breakpoints can be set once the run waits before its first step.</p>\n"
+            .to_owned();
     };
+    let mut names = known(ahead);
     // What is called, not where it lies.
     names.retain(|name| !name.contains(['/', '.', '(']));
     names.sort_unstable();

@@ -82,7 +82,9 @@ pub(super) fn is_called(stop: &str, path: &str, call: &str) -> bool {
 /// The name that is near, if one is.
 pub fn check(name: &str, ahead: &Ahead) -> Result<(), Option<String>> {
     let names = known(ahead);
-    if name.parse::<usize>().is_ok() || names.contains(&name) {
+    let number = name.parse::<usize>().ok();
+    let is_to_come = number.is_some_and(|number| (ahead.number..=ahead.of).contains(&number));
+    if is_to_come || names.contains(&name) {
         return Ok(());
     }
     Err(language::nearest(name, names.into_iter()).map(str::to_owned))
@@ -143,6 +145,17 @@ mod tests {
             let stops = Stops::default();
             stops.set(name);
             assert_eq!(stops.hit(&ahead()), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn what_names_no_step_that_is_left_is_told() {
+        for name in ["2", "9", "rising", "approach", "pick", "pour"] {
+            assert_eq!(check(name, &ahead()), Ok(()), "{name}");
+        }
+        assert_eq!(check("aproach", &ahead()), Err(Some("approach".into())));
+        for name in ["Quatsch", "1", "10"] {
+            assert!(check(name, &ahead()).is_err(), "{name}");
         }
     }
 

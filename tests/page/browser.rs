@@ -194,6 +194,32 @@ fn a_person_leads_a_live_run_by_keys() {
     assert_eq!(browser.complaints, Vec::<String>::new());
 }
 
+/// A refused form once left its button dead, and said why to screen readers alone.
+#[test]
+fn a_breakpoint_that_names_nothing_is_refused_where_it_is_seen() {
+    let scratch = Scratch::new("page-browser-refused");
+    let live = Arc::new(Live::new("pour(jar, cup)".into(), Cancel::default(), Dial::default()));
+    let page = served_with(&scratch, Some(live.clone()));
+    let run = walk(&live);
+    if let Some(mut browser) = Browser::open(&scratch, &format!("{}live", page.address())) {
+        browser.until("document.body.innerText.includes('Next, step 1 of 5')");
+        let set = |name: &str| {
+            format!(
+                "document.getElementById('stop-name').value = '{name}';\
+                 document.getElementById('set-stop').click()"
+            )
+        };
+        browser.value(&set("Quatsch"));
+        browser.until("document.body.innerText.includes('is called Quatsch')");
+        browser.until("!document.getElementById('set-stop').disabled");
+        browser.value(&set("4"));
+        browser.until("document.body.innerText.includes('pauses before')");
+        browser.until("document.getElementById('refused').hidden");
+    }
+    live.stop();
+    run.join().unwrap();
+}
+
 /// A run that is looked at: pictures change in place, and the report is there after the program is gone.
 #[test]
 fn a_run_is_looked_at_as_it_goes_and_its_report_outlives_the_page() {

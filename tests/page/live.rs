@@ -130,6 +130,10 @@ fn next_over_and_continue_lead_the_run() {
 fn a_breakpoint_set_by_name_pauses_what_goes_on() {
     let cell = cell("page-breakpoints");
     let host = host(&cell.page);
+    assert!(!get(&host, "/live").text().contains("pause before"));
+    let early = post(&host, "/live", "word=break&step=Quatsch");
+    assert_eq!(early.status, 409, "nobody knows yet what there will be");
+    assert!(early.text().starts_with("nothing is planned yet"), "{}", early.text());
     let run = walk(&cell.live);
     let first = waits_before(&host, 1);
     assert!(first.contains("pause before") && first.contains("continue to the end"), "{first}");
@@ -139,12 +143,15 @@ fn a_breakpoint_set_by_name_pauses_what_goes_on() {
         (refused.status, refused.text().trim()),
         (400, "no step from here on is called akt: did you mean act?")
     );
+    let refused = post(&host, "/live", "word=break&step=Quatsch").text();
+    assert!(refused.starts_with("no step from here on is called Quatsch;"), "{refused}");
     assert_eq!(post(&host, "/live", "word=break&step=+").status, 400);
     post(&host, "/live", "word=break&step=4");
     post(&host, "/live", "word=clear&step=act");
     assert_eq!(get(&host, "/live.json").json()["stops"], serde_json::json!(["4"]));
     post(&host, "/live", "word=continue");
     let fourth = waits_before(&host, 4);
+    assert_eq!(post(&host, "/live", "word=break&step=3").status, 400, "that is over");
     assert!(fourth.contains("Paused at <span class=\"call\">4</span>"), "{fourth}");
     assert!(fourth.contains("continue to the next breakpoint"), "{fourth}");
     post(&host, "/live", "word=clear&step=4");
