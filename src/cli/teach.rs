@@ -210,8 +210,11 @@ impl Input {
 
     /// Returns the next line; `None` at the end of all, and when somebody wants to stop.
     fn next(&mut self, prompt: &str, cancel: &Cancel, style: Style) -> Option<String> {
+        if cancel.is_cancelled() {
+            return None;
+        }
         let line = match self {
-            Self::Script(lines) => lines.pop_front().filter(|_| !cancel.is_cancelled())?,
+            Self::Script(lines) => lines.pop_front()?,
             Self::Terminal(editor) => {
                 let line = editor.readline(prompt).ok()?;
                 if !line.trim().is_empty() {

@@ -49,6 +49,9 @@ impl Session<'_, '_> {
         let begun = self.bench.begin(move |cell| {
             let cancel = cell.cancel();
             let teller = Teller::new(style, place, earlier, move |prompt| {
+                if cancel.is_cancelled() {
+                    return None;
+                }
                 let (answer, answers) = channel();
                 ask.send((prompt.to_owned(), answer)).ok()?;
                 loop {
@@ -86,6 +89,10 @@ impl Session<'_, '_> {
     /// Reads lines until one is a word of stepping; does the others. `None` ends the run.
     fn word(&mut self, prompt: &str, is_stopped: &dyn Fn() -> bool) -> Option<String> {
         loop {
+            // No prompt of a run that has been stopped.
+            if is_stopped() {
+                return None;
+            }
             self.lines.stepping(true);
             let typed = self.typed(prompt);
             self.lines.stepping(false);

@@ -72,6 +72,8 @@ impl WorkCell {
             }
             return Ok(None);
         };
+        // Whoever stopped it is asked nothing any more.
+        self.heed(Word::Go)?;
         let (ahead, why) = self.ahead(turn)?;
         let word = match why {
             Some(why) => {

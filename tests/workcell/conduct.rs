@@ -74,6 +74,20 @@ impl Observer for Notes {
     }
 }
 
+/// Presses Ctrl-C once a picture of that name is drawn.
+struct Presses {
+    picture: &'static str,
+    cancel: Cancel,
+}
+
+impl Observer for Presses {
+    fn event(&mut self, event: &Event) {
+        if matches!(event, Event::Picture { name, .. } if name == self.picture) {
+            self.cancel.cancel();
+        }
+    }
+}
+
 const TOUR: &str = "task tour() { home()  come() }  task come() { approach(jar) }\n\
                     task marked() { break look() }\n";
 
@@ -127,6 +141,15 @@ fn a_performance_asks_between_its_steps_and_stops_when_told() {
     assert_eq!((run.outcome, run.steps.len()), (Ending::Stopped, 0));
     let still = cell.state().unwrap();
     assert_eq!((still.q, still.time), (held.q, held.time), "nothing has moved");
+    cancel.clear();
+
+    // Ctrl-C between two steps: nobody is asked about the second, whose prompt stayed when the run was over.
+    let (asked, then) = (Asked::default(), Box::new(|| Word::Go));
+    cell.led_by(Box::new(Baton { asked: asked.clone(), ticks: Arc::default(), at: 0, then }));
+    let presses = Presses { picture: "02-before-twin", cancel: cancel.clone() };
+    let run = cell.run(&call("tour()"), None, Box::new(presses)).unwrap();
+    assert_eq!((run.outcome, run.steps.len()), (Ending::Stopped, 1));
+    assert_eq!(asked.lock().unwrap().last().unwrap().0, "after 1");
     cancel.clear();
 
     // Nobody leads any more; a `break` says that it does not pause.
