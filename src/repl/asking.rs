@@ -4,6 +4,7 @@ use crate::language::ast::{Expr, ExprKind, Step};
 use crate::language::{self, Source, builtins, text};
 use crate::report::exit::Exit;
 use crate::report::{self, Failure};
+use crate::teach::words;
 use crate::workcell::{self, check::check_step};
 
 use super::Session;
@@ -23,6 +24,20 @@ const OTHERWISE: &[(&str, &str)] = &[
 ];
 
 impl Session<'_, '_> {
+    /// Returns the word of stepping that a line says, where it says nothing else.
+    pub(super) fn stepping_word<'l>(&self, line: &'l str) -> Option<&'l str> {
+        let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let number = rest.trim().trim_end_matches('%').trim_end();
+        let is_whole =
+            rest.is_empty() || (matches!(word, "slow" | "back") && number.parse::<usize>().is_ok());
+        // These are commands or of the language as well.
+        let is_other = matches!(word, "why" | "break" | "quit")
+            || self.values.all().any(|(name, _)| name == word)
+            || self.scope.objects.contains_key(word)
+            || self.library.callable(word).is_some();
+        (words::is_word(word) && is_whole && !is_other).then_some(word)
+    }
+
     /// Answers a line that is one word and no call: a value that was named, an object, a command without its
     /// colon, a name that nothing has. `false` when it is none of these.
     pub(super) fn named(&self, word: &str) -> Result<bool, Failure> {

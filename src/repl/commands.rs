@@ -8,6 +8,7 @@ use crate::graph::outline;
 use crate::language;
 use crate::language::ast::Step;
 use crate::report::{self, Failure};
+use crate::teach::words;
 use crate::workcell::WorkCell;
 
 use super::sentences::{Confirm, Pending};
@@ -58,7 +59,7 @@ impl Session<'_, '_> {
             "back" => self.back(rest),
             "fork" => self.fork(rest),
             "quiz" => self.quiz(rest),
-            "continue" | "stop" => Err(nothing_paused(word)),
+            "stop" => Err(nothing_stepped(word)),
             "undo-edit" => self.undo_edit(false),
             "redo-edit" => self.undo_edit(true),
             "why" => self.why(rest),
@@ -80,6 +81,7 @@ impl Session<'_, '_> {
             "phrase" => self.phrase(rest),
             "set" => self.set(rest),
             "save" => self.save(rest),
+            other if words::is_word(other) => Err(nothing_stepped(other)),
             other => Err(unknown(other)),
         };
         if let Err(failure) = done {
@@ -287,13 +289,17 @@ impl Session<'_, '_> {
     }
 }
 
-fn nothing_paused(word: &str) -> Failure {
+/// Says of a word that is for a run which is being stepped that none is.
+pub(super) fn nothing_stepped(word: &str) -> Failure {
     let words = match word {
-        "stop" => "nothing is under way; the arm holds its position",
-        _ => "nothing is paused",
+        "stop" => "nothing is under way; the arm holds its position".to_owned(),
+        _ => format!("`{word}` is a word of stepping, and nothing is being stepped"),
     };
-    Failure::input("repl::paused", words)
-        .help("`:step pick(jar)` pauses before each step, `:break grasp` before one")
+    Failure::input("repl::paused", words).help(match word {
+        "back" => "`:back` looks at the last run's steps, `:step pick(jar)` pauses before each",
+        "clear" => "`:break clear` takes breakpoints away, `:step pick(jar)` pauses at each step",
+        _ => "`:step pick(jar)` pauses before each step, `:break grasp` before one",
+    })
 }
 
 fn unknown(word: &str) -> Failure {

@@ -13,6 +13,7 @@ use crate::report::{self, Failure};
 use crate::workcell::check::check_step;
 use crate::workcell::{Ending, Run};
 
+use super::commands::nothing_stepped;
 use super::{Next, Session, paste, sentences};
 
 impl Session<'_, '_> {
@@ -67,6 +68,9 @@ impl Session<'_, '_> {
         if line == "it" {
             self.tell_it();
             return Ok(());
+        }
+        if let Some(word) = self.stepping_word(line) {
+            return Err(nothing_stepped(word));
         }
         let is_word = line.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
         if is_word && self.named(line)? {

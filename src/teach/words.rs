@@ -70,8 +70,13 @@ pub fn is_one(line: &str) -> bool {
     let (word, _) = split(line);
     word.is_empty()
         || matches!(word, "help" | "stop")
-        || WORDS.iter().any(|(name, ..)| *name == word)
+        || is_word(word)
         || Answer::parse(line).is_some()
+}
+
+/// Returns whether a word is one of stepping, as the table has them.
+pub fn is_word(word: &str) -> bool {
+    WORDS.iter().any(|(name, ..)| *name == word)
 }
 
 /// The first word, with or without a colon, and the rest.
