@@ -110,8 +110,7 @@ impl<F: Front> Stepper<F> {
         let wanted = match (number, self.looking) {
             (Some(number), _) => self.seen.iter().rposition(|record| record.number == number),
             (None, Some(at)) => at.checked_sub(1),
-            // After a step the last one is what is on the screen already.
-            (None, None) => self.seen.len().checked_sub(if next.is_some() { 1 } else { 2 }),
+            (None, None) => self.seen.len().checked_sub(1),
         };
         match wanted {
             Some(at) => self.look(at, next),

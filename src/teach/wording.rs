@@ -7,7 +7,7 @@ pub const WORDS: &[(&str, &str, &str)] = &[
     ("over", "", "carry out a whole sub-task"),
     ("out", "", "carry out the rest of the sub-task or script you are in"),
     ("continue", "", "go on to the next breakpoint, or to the end"),
-    ("back", "[STEP]", "look at an earlier step; the arm does not move"),
+    ("back", "[STEP]", "look at the last step, the one before it, …; the arm does not move"),
     ("forward", "", "look at the step after it, up to the present"),
     ("why", "[FLUENT]", "why a fluent is what it is"),
     ("hint", "", "by how much, then which way, then what to try"),

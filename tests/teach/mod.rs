@@ -225,6 +225,22 @@ fn back_and_forward_look_and_never_carry_anything_out() {
 }
 
 #[test]
+fn the_first_look_back_is_at_the_step_carried_out_last_also_at_the_end() {
+    let script = Script::of(&["next", "back", "quit"]);
+    let mut stepper = Stepper::new(script.clone(), teaching(None));
+    assert_eq!(conduct(&mut stepper, &plan()[5..]), [6]);
+    assert_eq!(script.story().last().unwrap(), "pour looking at 6> ");
+
+    let plan = plan();
+    let script = Script::of(&["next", "next", "back", "quit"]);
+    let mut stepper = Stepper::new(script.clone(), teaching(None));
+    conduct(&mut stepper, &plan[..1]);
+    stepper.before(&plan[2]);
+    stepper.after(&plan[2], &came_to(&plan[2], Vec::new(), Outcome::Failure));
+    assert_eq!(script.all("looking")[0]["record"]["number"], 3, "the one that failed");
+}
+
+#[test]
 fn a_breakpoint_pauses_what_goes_on_by_itself() {
     let stops = Stops::default();
     stops.set("grasp");
