@@ -9,7 +9,7 @@ use crate::teach::answers::{Answer, Answered};
 use crate::teach::shown::{Front, Shown};
 use crate::teach::wording::WORDS;
 use crate::teach::words::{Takes, Wrong};
-use crate::trace::{FluentRow, StepRecord};
+use crate::trace::{FluentRow, Outcome, StepRecord};
 use crate::workcell::{Run, picture};
 
 use super::run::people;
@@ -105,7 +105,7 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
                 None => "back at the present; nothing has moved".to_owned(),
             },
             Shown::Hint { rung, row, steps } => self.hint(*rung, row, steps),
-            Shown::NoHint => "there is nothing to give a hint about".to_owned(),
+            Shown::NoHint { steps } => self.without_hint(steps),
             Shown::Why { fluent, steps } => self.why(*fluent, steps),
             Shown::Slow { percent: Some(percent) } => format!(
                 "the arm moves at {percent} % of what is planned; pouring keeps its own rate"
@@ -149,23 +149,72 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
     /// By how much, which way, what to try.
     fn hint(&self, rung: usize, row: &FluentRow, steps: &[StepRecord]) -> String {
         match (rung, &row.direction, steps.last()) {
-            (1, ..) => why::verdict(row),
+            (1, ..) => closeness(row, steps.last()),
             (2, Some(direction), _) => why::way(direction, row.margin.as_ref()),
             // Where no way is known, what to try comes at once.
             (_, _, None) => "there is nothing more to try".to_owned(),
-            (_, _, Some(step)) => {
-                let run = Run::so_far("the run so far", steps);
-                let place = &*self.place;
-                let asked =
-                    why::Question { run: &run, number: None, fluent: None, earlier: &[], place };
-                let tries = why::tries(&asked, step, Some(row));
-                match tries.trim_start() {
-                    "" => "there is nothing more to try than to look: `why` has the numbers".into(),
-                    tries => tries.to_owned(),
-                }
-            }
+            (_, _, Some(step)) => match self.tries(step, Some(row), steps).trim_start() {
+                "" => "there is nothing more to try than to look: `why` has the numbers".into(),
+                tries => tries.to_owned(),
+            },
         }
     }
+
+    /// What there is to say where no fluent came out otherwise than it should.
+    fn without_hint(&self, steps: &[StepRecord]) -> String {
+        let Some(step) = steps.last() else {
+            return "no step has run yet; a hint is about what came out otherwise than it should"
+                .to_owned();
+        };
+        if step.outcome == Outcome::Failure {
+            return format!("{}{}", failed(step), self.tries(step, None, steps));
+        }
+        let asked = step.fluents.iter().find(|row| row.expected.is_some());
+        let about = asked.map_or_else(String::new, |row| format!(" {}", row.name));
+        format!(
+            "there is nothing to give a hint about: nothing of step {} came out otherwise than it should; \
+             `why{about}` has the numbers",
+            step.number
+        )
+    }
+
+    fn tries(&self, step: &StepRecord, row: Option<&FluentRow>, steps: &[StepRecord]) -> String {
+        let run = Run::so_far("the run so far", steps);
+        let place = &*self.place;
+        let asked = why::Question { run: &run, number: None, fluent: None, earlier: &[], place };
+        why::tries(&asked, step, row)
+    }
+}
+
+/// By how much a fluent is what it is after a step; where it has no margin, what is known instead and what can be done next.
+fn closeness(row: &FluentRow, step: Option<&StepRecord>) -> String {
+    let mut text = why::verdict(row);
+    if row.margin.is_some() {
+        return text;
+    }
+    if let (Some(false), Some(why)) = (row.measured, &row.why) {
+        let _ = write!(text, " ({why})");
+    }
+    let unmet = |step: &StepRecord| {
+        let unmet = step.failure.as_ref().and_then(|failure| failure.cause.unmet());
+        unmet.is_some_and(|unmet| unmet.is(&row.name))
+    };
+    // That it is false is no reason why it is.
+    if let Some(step) = step.filter(|step| step.outcome == Outcome::Failure && !unmet(step)) {
+        let _ = write!(text, "\n{}", failed(step));
+    }
+    let next = if row.direction.is_some() { "which way" } else { "what to try" };
+    let _ = write!(
+        text,
+        "\n`hint` again says {next}; `back` shows the step, and where its pictures are"
+    );
+    text
+}
+
+/// That a step failed, and why.
+fn failed(step: &StepRecord) -> String {
+    let why = step.reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
+    format!("step {} {} failed{why}", step.number, step.action)
 }
 
 impl<A: FnMut(&str) -> Option<String> + Send> Front for Teller<A> {
@@ -311,5 +360,76 @@ fn not_a_word(line: &str, wrong: &Wrong) -> String {
         Wrong::Takes(Takes::Nothing) => format!("`{line}`: that word takes nothing after it"),
         Wrong::Takes(what) => format!("`{line}`: that word takes {what}"),
         Wrong::NoQuestion => format!("`{line}`: no question is open; Enter carries out the step"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::{Cause, Overdue, Unmet};
+    use crate::world::{Pose, WorldState};
+
+    fn grasp(cause: Cause) -> StepRecord {
+        let row = FluentRow {
+            name: "grasped(jar)".into(),
+            expected: Some(true),
+            twin: Some(true),
+            measured: Some(false),
+            margin: None,
+            twin_margin: None,
+            ask: None,
+            why: None,
+            std: None,
+            direction: None,
+            terms: Vec::new(),
+        };
+        StepRecord {
+            number: 3,
+            path: "pick/grasp".into(),
+            action: "grasp(jar)".into(),
+            call: None,
+            outcome: Outcome::Failure,
+            reason: Some(cause.to_string()),
+            failure: Some(cause.into()),
+            interval_s: [0.0, 1.0],
+            fluents: vec![row],
+            during: Vec::new(),
+            lines: Vec::new(),
+            planned_q: Vec::new(),
+            hamming: 0,
+            score: 1.0,
+            measured: WorldState {
+                time: 0.0,
+                q: Vec::new(),
+                opening: 0.08,
+                world_from_tool: Pose::upright(0.4, 0.0, 0.3, 0.0),
+                held: None,
+                objects: Vec::new(),
+                spilt: None,
+                unknown: Vec::new(),
+            },
+            twin: None,
+        }
+    }
+
+    /// A hint after a failed step was one bare line, "grasped(jar) is false".
+    #[test]
+    fn a_hint_without_a_number_says_why_and_what_can_be_done_next() {
+        let next =
+            "`hint` again says what to try; `back` shows the step, and where its pictures are";
+        let of = "grasp(jar)".to_owned();
+        let late = grasp(Cause::Overdue(Overdue { of, took_s: 20.04, limit_s: 20.0, pace: 1.0 }));
+        assert_eq!(
+            closeness(&late.fluents[0], Some(&late)),
+            format!(
+                "grasped(jar) is false\nstep 3 grasp(jar) failed: grasp(jar) has taken 20.04 s, and its limit is \
+                 20 s\n{next}"
+            )
+        );
+        let (condition, term) = ("grasped(jar)".to_owned(), "grasped(jar)".to_owned());
+        let empty = Unmet { condition, term, margin: None, numbers: None };
+        let empty = grasp(Cause::Promise(empty));
+        let said = closeness(&empty.fluents[0], Some(&empty));
+        assert_eq!(said, format!("grasped(jar) is false\n{next}"));
     }
 }

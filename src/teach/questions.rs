@@ -29,7 +29,9 @@ impl<F: Front> Stepper<F> {
             });
             self.puzzle = denied;
         }
-        let Some(puzzle) = &mut self.puzzle else { return self.front.show(&Shown::NoHint) };
+        let Some(puzzle) = &mut self.puzzle else {
+            return self.front.show(&Shown::NoHint { steps: &self.seen });
+        };
         puzzle.rung = (puzzle.rung + 1).min(3);
         let upto = self.seen.iter().rposition(|record| record.number == puzzle.step);
         let steps = &self.seen[..upto.map_or(0, |at| at + 1)];

@@ -114,8 +114,11 @@ pub enum Shown<'a> {
         /// The steps so far, the one it is about last.
         steps: &'a [StepRecord],
     },
-    /// There is no hint to give.
-    NoHint,
+    /// There is no fluent to give a hint about.
+    NoHint {
+        /// The steps so far.
+        steps: &'a [StepRecord],
+    },
     /// Why a fluent is what it is.
     Why {
         /// Which; what failed when `None`.

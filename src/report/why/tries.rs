@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use crate::trace::{FluentRow, Outcome, StepRecord};
+use crate::trace::{Cause, FluentRow, Outcome, StepRecord};
 use crate::workcell::Run;
 
+use super::super::way_out::way_out;
 use super::Question;
 use super::words::{size, to_camera};
 
@@ -19,8 +20,11 @@ pub(in crate::report) fn tries(
 ) -> String {
     let mut found: Vec<String> = Vec::new();
     // What was stopped did not come to what it promises, and that says nothing of twin and cell.
-    if let Some(row) = row.filter(|_| step.outcome != Outcome::Stopped) {
-        found.extend(by_margin(step, row));
+    match step.failure.as_ref().map(|failure| &failure.cause) {
+        // What is false of it may be so for want of time alone.
+        Some(late @ Cause::Overdue(_)) => found.push(way_out(late, None)),
+        _ if step.outcome == Outcome::Stopped => {}
+        _ => found.extend(row.and_then(|row| by_margin(step, row))),
     }
     found.extend(other_branches(question.run, step));
     let good = question.earlier.iter().rev().find(|(_, run)| {
