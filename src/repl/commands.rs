@@ -1,9 +1,7 @@
 //! The commands that begin with a colon: one table for help, completion and "did you mean".
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use crate::files::write;
 use crate::graph::outline;
 use crate::language;
 use crate::language::ast::Step;
@@ -259,32 +257,6 @@ impl Session<'_, '_> {
         let cell = (self.hands.open)(&self.robot, seed)?;
         self.bench.exchange(cell)?;
         self.style.say(format!("everything stands and is filled as at the start (seed {seed})"));
-        Ok(())
-    }
-
-    /// Writes the calls of this session as a script that `trueup run` takes.
-    fn save(&mut self, file: &str) -> Result<(), Failure> {
-        if file.is_empty() {
-            return Err(
-                Failure::input("repl::save", "`:save` takes a file").help("`:save breakfast.task`")
-            );
-        }
-        if self.done.is_empty() {
-            return Err(Failure::input("repl::save", "nothing has been run yet")
-                .help("calls that were run are saved, in order"));
-        }
-        let path = Path::new(file);
-        let refused = |why: String| Failure::input("io::write", why).at(file);
-        if path.exists() {
-            return Err(refused("there is such a file already".into()).help("name another"));
-        }
-        let text =
-            format!("// Calls made at the prompt, in their order.\n\n{}\n", self.done.join("\n"));
-        write::replace(path, &text).map_err(|error| Failure::unwritten(path, &error))?;
-        self.edits.made(":save", path, None, &text);
-        let count = self.done.len();
-        let calls = if count == 1 { "call" } else { "calls" };
-        self.style.say(format!("{count} {calls} in {file}; `trueup run {file}` makes them again"));
         Ok(())
     }
 }

@@ -15,6 +15,7 @@ mod paste;
 mod quiz;
 mod table;
 mod records;
+mod saved;
 mod sentences;
 mod statement;
 mod step;
@@ -38,6 +39,7 @@ use crate::workcell::{Run, Stdlib, WorkCell};
 use calc::Calculator;
 use complete::Helper;
 use line_source::{LineSource, Pipe, Terminal, Typed};
+use saved::Made;
 use sentences::{Confirm, Pending, Taught};
 use values::Values;
 use work::Bench;
@@ -122,8 +124,8 @@ struct Session<'scope, 'env> {
     refused: Option<Failure>,
     /// Folders of the runs of this session, the oldest first.
     runs: Vec<PathBuf>,
-    /// The calls that were carried out, as typed, names filled in.
-    done: Vec<String>,
+    /// The calls that were begun, in their order.
+    made: Vec<Made>,
     values: Values,
     calculator: Calculator,
     confirm: Confirm,
@@ -231,7 +233,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             last: None,
             refused: None,
             runs: Vec::new(),
-            done: Vec::new(),
+            made: Vec::new(),
             values: Values::default(),
             calculator: Calculator::new(move || cancel.is_cancelled()),
             confirm: if hands.is_sure { Confirm::None } else { Confirm::default() },

@@ -14,6 +14,7 @@ use crate::workcell::check::check_step;
 use crate::workcell::{Ending, Run};
 
 use super::commands::nothing_stepped;
+use super::saved::Made;
 use super::{Next, Session, paste, sentences};
 
 impl Session<'_, '_> {
@@ -197,7 +198,7 @@ impl Session<'_, '_> {
             Ok(run) => {
                 self.worsen(exit::ended(&run) as u8);
                 self.runs.extend(run.run_dir.as_ref().map(PathBuf::from));
-                self.done.push(meant.to_owned());
+                self.made.push(Made { call: meant.to_owned(), ending: run.outcome });
                 self.last = Some(Box::new(run));
                 self.refused = None;
             }

@@ -13,7 +13,10 @@ use trueup::language::text;
 use trueup::motion::free::Means;
 use trueup::repl::{Hands, Leave, run_on};
 use trueup::report::{Failure, Style};
-use trueup::workcell::{CANDIDATES, Options, Run, Stdlib, WorkCell};
+use trueup::workcell::{CANDIDATES, Ending, Options, Run, Stdlib, WorkCell};
+
+use super::kept;
+use crate::program::Scratch;
 
 fn cell() -> WorkCell {
     let options = Options {
@@ -84,6 +87,32 @@ fn names_outlive_every_kind_of_error() {
                  no sentence like this\n}\npour(jar, cup, amount: dose)\npour(jar, cup, amount: dose)\n";
     typed(&work, &presses, lines);
     assert_eq!(*seen.lock().unwrap(), ["pour(jar, cup, amount: 40 mL)"; 2]);
+}
+
+/// `:save` wrote a pour that was stopped, and the place that failed for it, as if both had been made.
+#[test]
+fn what_was_stopped_or_failed_is_saved_as_a_remark() {
+    let work = |_: &mut WorkCell, step: &Step| -> Result<Run, Failure> {
+        let mut run = kept::pour("level_side", 0.1, 0.01, 0.001);
+        run.outcome = match text::step(step).split('(').next() {
+            Some("pour") => Ending::Stopped,
+            Some("place") => Ending::Failure,
+            _ => Ending::Success,
+        };
+        Ok(run)
+    };
+    let scratch = Scratch::new("repl-save");
+    let (none, some) = (scratch.path("none.task"), scratch.path("some.task"));
+    let lines = format!(
+        "pour(jar, cup)\n:save {}\npick(jar)\nplace(jar)\n:save {}\n",
+        none.display(),
+        some.display()
+    );
+    typed(&work, &AtomicUsize::new(0), &lines);
+    assert!(!none.exists());
+    let saved = std::fs::read_to_string(&some).unwrap();
+    let calls = "// stopped: pour(jar, cup)\npick(jar)\n// failed: place(jar)\n";
+    assert!(saved.ends_with(calls), "{saved}");
 }
 
 /// Ctrl-C once: the work sees the wish, ends by itself, and the next line begins without it.
