@@ -82,7 +82,8 @@ fn what_a_terminal_would_obey_is_shown_and_not_sent() {
 #[test]
 fn a_pipe_or_a_device_is_not_waited_for() {
     let scratch = Scratch::new("cli-strangers-pipe");
-    let made = std::process::Command::new("mkfifo").arg(scratch.path("pipe")).status();
+    let pipes = [scratch.path("pipe"), scratch.path("pipe.task")];
+    let made = std::process::Command::new("mkfifo").args(pipes).status();
     assert!(made.is_ok_and(|status| status.success()), "mkfifo is part of every unix");
     for name in ["pipe", "/dev/zero"] {
         for args in [
@@ -99,9 +100,12 @@ fn a_pipe_or_a_device_is_not_waited_for() {
         }
         let said = scratch.trueup(&["camera", "see", name, "--json"]);
         refused(&said, "io::image", "not a regular file");
+    }
+    let imports = [("pipe.task", "not a regular file"), ("/dev/zero", "neither a `.task` file")];
+    for (name, why) in imports {
         scratch.file("i.task", format!("import \"{name}\"\npick(jar)\n"));
         let said = scratch.trueup(&["check", "i.task"]);
-        assert!(said.code == 1 && said.out.contains("not a regular file"), "{}", said.out);
+        assert!(said.code == 1 && said.out.contains(why), "{}", said.out);
     }
 }
 

@@ -260,3 +260,29 @@ fn an_import_that_fails_is_told_where_it_stands() {
     );
     assert_eq!(library.source(file).unwrap().slice(found[0].span), "\"gone.task\"");
 }
+
+/// Any other file was taken for a script that nobody ran, `/etc/passwd` as well, without a word.
+#[test]
+fn an_import_is_a_task_file_or_a_script_and_nothing_else() {
+    let help = "import definitions from a `.task` file, or a script of actions from a `.rhai` file";
+    let cases = [
+        ("cups.tasks", "did you mean `cups.task`?"),
+        ("cups", "did you mean `cups.task`?"),
+        ("wave.rhia", "did you mean `wave.rhai`?"),
+        ("../lib/cups.txt", "did you mean `../lib/cups.task`?"),
+        ("/etc/passwd", help),
+        (".task", help),
+        (".", help),
+    ];
+    for (path, help) in cases {
+        let mut library = Library::standard();
+        let text = format!("import \"{path}\"\n");
+        let file = library.add_with(Source::new("lib/mine.task", text), &files);
+        let found = library.check_file(file, &library.scope("kitchen"));
+        let [found] = found.as_slice() else { panic!("{path}: {found:?}") };
+        let told = (found.code, found.message.clone(), found.help.as_deref().unwrap_or_default());
+        let message = format!("`{path}` is neither a `.task` file nor a `.rhai` script");
+        assert_eq!(told, ("task::import", message, help));
+        assert_eq!(library.source(file).unwrap().slice(found.span), format!("\"{path}\""));
+    }
+}

@@ -1,6 +1,7 @@
 //! Reading a text with everything it imports.
 
 use std::fmt::Display;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::super::ast::{Import, Item};
@@ -10,10 +11,14 @@ use super::Library;
 
 /// Files that one text may import, those that its imports import among them; each leads to the next by recursion.
 const MOST_IMPORTS: usize = 100;
+/// What a file of definitions ends with.
+const TASK: &str = "task";
+/// What a script ends with.
+const SCRIPT: &str = "rhai";
 
 impl Library {
     /// As [`Self::add`], with everything it imports, read first by `read`: a `.task` file gives its
-    /// definitions, any other file is a script that actions run by its name.
+    /// definitions, a `.rhai` file is a script that actions run by its name, and no other file is read.
     ///
     /// A path is looked for beside the file that imports it. What cannot be read is told by
     /// [`Self::check`] where it is imported.
@@ -65,6 +70,12 @@ impl Library {
         let mut wrong = Vec::new();
         for import in imports(&source.text) {
             let path = beside(&source.name, &import.path.text);
+            let Some(ending) = ending(&path) else {
+                let is_there = |near: &String| read(&beside(&source.name, near)).is_ok();
+                let near = with_endings(&import.path.text).into_iter().find(is_there);
+                wrong.push(no_import(&import, near.as_deref()));
+                continue;
+            };
             // Two files that import each other are read once each.
             if open.contains(&path) {
                 continue;
@@ -75,7 +86,7 @@ impl Library {
             }
             open.push(path.clone());
             match read(&path) {
-                Ok(text) if is_task_file(&path) => {
+                Ok(text) if ending == TASK => {
                     let imported = self.add_imports(Source::new(path.clone(), text), read, open);
                     if self.files[imported].diagnostics.iter().any(Diagnostic::is_error) {
                         wrong.push(broken_import(&import, &path));
@@ -131,8 +142,37 @@ fn beside(importer: &str, path: &str) -> String {
     parts.join("/")
 }
 
-fn is_task_file(path: &str) -> bool {
-    std::path::Path::new(path).extension().is_some_and(|extension| extension == "task")
+/// Returns what a file that may be imported ends with: [`TASK`] or [`SCRIPT`].
+fn ending(path: &str) -> Option<&'static str> {
+    let extension = Path::new(path).extension()?;
+    [TASK, SCRIPT].into_iter().find(|known| extension == *known)
+}
+
+/// Returns a path with the endings of what may be imported instead of its own.
+fn with_endings(path: &str) -> [String; 2] {
+    let name = path.rfind('/').map_or(0, |slash| slash + 1);
+    let dot = path[name..].rfind('.').filter(|dot| *dot > 0);
+    let stem = dot.map_or(path, |dot| &path[..name + dot]);
+    [TASK, SCRIPT].map(|ending| format!("{stem}.{ending}"))
+}
+
+/// A file that is neither definitions nor a script; `near` is one beside it that may be meant.
+fn no_import(import: &Import, near: Option<&str>) -> Diagnostic {
+    let path = &import.path.text;
+    let found = Diagnostic::error(
+        "task::import",
+        import.path.span,
+        format!("`{path}` is neither a `.{TASK}` file nor a `.{SCRIPT}` script"),
+        "imported here",
+    );
+    match near {
+        Some(near) => found
+            .help(format!("did you mean `{near}`?"))
+            .fix(import.path.span, format!("\"{near}\"")),
+        None => found.help(format!(
+            "import definitions from a `.{TASK}` file, or a script of actions from a `.{SCRIPT}` file"
+        )),
+    }
 }
 
 fn missing_import(import: &Import, path: &str, why: &dyn Display) -> Diagnostic {
