@@ -246,7 +246,9 @@ fn arithmetic(
             (combine(|x, y| x / y), add(a.dimension, b.dimension, -1), sigma, grows)
         }
     };
-    let why = || unknown.unwrap_or_else(|| wording::no_number(&text::expr(right)));
+    let by_zero = matches!(op, BinaryOp::Div) && b.value.is_some_and(|by| by == 0.0);
+    let say: fn(&str) -> String = if by_zero { wording::zero_divisor } else { wording::no_number };
+    let why = || unknown.unwrap_or_else(|| say(&text::expr(right)));
     let unknown = if value.is_none() { Some(why()) } else { None };
     Ok(Measure { value, dimension, sigma, grows, unknown })
 }
@@ -282,7 +284,13 @@ fn compare(
         Some((by, tolerance)) if tolerance.dimension != left.dimension => {
             return Err(Error::Dimension { left: text::expr(a), right: text::expr(by) });
         }
-        Some((_, tolerance)) => tolerance.value.map(f64::abs),
+        Some((_, tolerance)) => match tolerance.quantity() {
+            Some(is) if is.value <= 0.0 => {
+                let least = Quantity { value: 0.0, ..is };
+                return Err(Error::Tolerance { is: is.to_string(), least: least.to_string() });
+            }
+            is => is.map(|is| is.value),
+        },
         None if matches!(op, BinaryOp::Eq | BinaryOp::Ne) => {
             return Err(Error::NoTolerance { term: text::expr(expr) });
         }

@@ -45,6 +45,14 @@ pub enum Error {
         /// The comparison.
         term: String,
     },
+    /// A tolerance that is nothing, or less.
+    #[error("the tolerance is {is}; it should be more than {least}")]
+    Tolerance {
+        /// What it is.
+        is: String,
+        /// Nothing, in its unit.
+        least: String,
+    },
     /// Something else was wanted.
     #[error("`{term}` is {is}, and {wanted} is wanted here")]
     Kind {

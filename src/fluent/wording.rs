@@ -59,6 +59,11 @@ pub(super) fn no_value_of(term: &str) -> String {
     format!("{term} has no value")
 }
 
+/// Why there is no quotient.
+pub(super) fn zero_divisor(term: &str) -> String {
+    format!("{term} is zero, and nothing can be divided by it")
+}
+
 /// Why a quotient is unknown.
 pub(super) fn no_number(term: &str) -> String {
     format!("{term} is no number")

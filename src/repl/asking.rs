@@ -1,11 +1,11 @@
 //! Lines that ask: a fluent, a comparison, a quantity, a name. Nothing moves, and no run begins.
 
-use crate::language::ast::{Expr, ExprKind, Step};
+use crate::language::ast::{BinaryOp, Expr, ExprKind, Step};
 use crate::language::{self, Source, builtins, text};
 use crate::report::exit::Exit;
 use crate::report::{self, Failure};
 use crate::teach::words;
-use crate::workcell::{self, check::check_step};
+use crate::workcell::{self, WorkCell, check::check_step};
 
 use super::Session;
 use super::commands::COMMANDS;
@@ -147,6 +147,12 @@ impl Session<'_, '_> {
         if let Some(worth) = cell.quantity(value).map_err(failed)? {
             return Ok(if is_whole { text::quantity(worth) } else { worth.to_string() });
         }
+        if let Some(by) = zero_divisor(cell, value).map_err(failed)? {
+            let (value, by) = (text::expr(value), text::expr(by));
+            let words = format!("`{value}` divides by `{by}`, which is zero now");
+            return Err(Failure::no("repl::unknown_value", words)
+                .help("divide by something that is not zero"));
+        }
         let asks = value.calls();
         let help = if asks.contains(&"spilt") {
             "no camera measures spilt water; the end of a run tells it where there are scales"
@@ -165,5 +171,23 @@ impl Session<'_, '_> {
         };
         let words = format!("unknown: `{}` has not been measured", text::expr(value));
         Err(Failure::no("repl::unknown_value", words).help(help))
+    }
+}
+
+/// Returns what an expression divides by that is zero now, if there is such a thing.
+fn zero_divisor<'e>(
+    cell: &mut WorkCell,
+    value: &'e Expr,
+) -> Result<Option<&'e Expr>, workcell::Error> {
+    match &value.kind {
+        ExprKind::Binary(a, op, b) => {
+            let (a, b) = (a.as_ref(), b.as_ref());
+            if *op == BinaryOp::Div && cell.quantity(b)?.is_some_and(|by| by.value == 0.0) {
+                return Ok(Some(b));
+            }
+            Ok(zero_divisor(cell, a)?.or(zero_divisor(cell, b)?))
+        }
+        ExprKind::Negate(inner) => zero_divisor(cell, inner),
+        _ => Ok(None),
     }
 }

@@ -162,6 +162,37 @@ fn arguments_that_do_not_fit_a_call_are_told() {
     ]);
 }
 
+/// `within -3 deg` held by 3 deg, `within 0 deg` was unknown whatever was measured, and so was a quotient by zero.
+#[test]
+fn a_tolerance_of_nothing_and_a_quotient_by_zero_are_told() {
+    each_is_told(&[
+        (
+            "check tilt(jar) == 0 deg within -3 deg",
+            "task::tolerance",
+            "the tolerance is -3 deg; it should be more than 0 deg",
+            "write `within 3 deg`",
+        ),
+        (
+            "check height(jar) == 9 cm within 2 mm - 2 mm",
+            "task::tolerance",
+            "the tolerance is 0 mm; it should be more than 0 mm",
+            "write how close, such as `within 5 mm`",
+        ),
+        (
+            "check height(jar) / 0 > 3 cm",
+            "task::division",
+            "`0` is zero, and nothing can be divided by it",
+            "divide by something that is not zero",
+        ),
+        (
+            "pour(jar, cup, amount: 60 mL / (2 - 2))",
+            "task::division",
+            "`2 - 2` is zero, and nothing can be divided by it",
+            "divide by something that is not zero",
+        ),
+    ]);
+}
+
 #[test]
 fn a_condition_that_cannot_be_read_off_is_told() {
     each_is_told(&[
@@ -317,6 +348,7 @@ fn a_definition_that_cannot_stand_is_told() {
 
 #[test]
 fn one_mistake_is_told_once() {
+    assert_eq!(checked("pour(jar, cup, amount: 60 mL / 0)").len(), 1);
     for text in [
         "pour(jra, cup)",
         "lift(jar, by: 12 parsecs)",

@@ -341,6 +341,11 @@ fn unknown_spreads_as_in_three_valued_logic() {
     assert_eq!(read(&s, &f("visible", &["jar"])).truth, Some(false));
     s.spilt = None;
     assert_eq!(read(&s, &two(f("spilt", &[]), BinaryOp::Le, ml(5.0))).truth, None);
+    // What is divided by and comes out as zero.
+    let none = two(m(1.0), BinaryOp::Sub, m(1.0));
+    let quotient = two(two(m(1.0), BinaryOp::Div, none), BinaryOp::Gt, number(3.0));
+    let why = "1 m - 1 m is zero, and nothing can be divided by it";
+    assert_eq!(read(&s, &quotient).unknown.as_deref(), Some(why));
 }
 
 #[test]
@@ -406,6 +411,10 @@ fn a_mistake_in_a_program_is_an_error_in_the_reading() {
     let cases: Vec<(Expr, &str)> = vec![
         (two(f("height", &["jar"]), BinaryOp::Le, deg(3.0)), "do not measure the same thing"),
         (two(f("height", &["jar"]), BinaryOp::Eq, m(0.1)), "within 5 mm"),
+        (
+            within(two(f("tilt", &["jar"]), BinaryOp::Eq, deg(0.0)), deg(-3.0)),
+            "the tolerance is -3 deg; it should be more than 0 deg",
+        ),
         (two(f("height", &["jra"]), BinaryOp::Le, m(0.1)), "did you mean `jar`?"),
         (f("heigth", &["jar"]), "no fluent or function `heigth`"),
         (f("holding", &["jar", "cup"]), "takes one argument"),

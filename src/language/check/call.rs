@@ -272,7 +272,7 @@ fn given<'c>(call: &'c Call, params: &[Param], name: &str) -> Option<&'c Expr> {
 }
 
 /// Returns what an expression is worth that holds nothing but numbers.
-fn constant(value: &Expr) -> Option<Quantity> {
+pub(super) fn constant(value: &Expr) -> Option<Quantity> {
     match &value.kind {
         ExprKind::Literal(quantity) => Some(*quantity),
         ExprKind::Negate(inner) => {
@@ -287,6 +287,7 @@ fn constant(value: &Expr) -> Option<Quantity> {
                 BinaryOp::Mul if a.dimension.is_none() => {
                     Some(Quantity { value: a.value * b.value, ..b })
                 }
+                BinaryOp::Div if b.value == 0.0 => None,
                 BinaryOp::Mul | BinaryOp::Div if b.dimension.is_none() => {
                     let times = *op == BinaryOp::Mul;
                     let value = if times { a.value * b.value } else { a.value / b.value };

@@ -4,9 +4,9 @@ use super::super::ast::{BinaryOp, Call, Expr, ExprKind, FluentItem, Name, Span};
 use super::super::builtins::{self, Ty};
 use super::super::diagnostic::Diagnostic;
 use super::super::parse::nearest;
-use super::call::{Slot, slot, small, with_unit};
+use super::call::{Slot, constant, slot, small, with_unit};
 use super::{Checker, Names};
-use crate::units::Dimension;
+use crate::units::{Dimension, Quantity};
 
 impl Checker<'_> {
     /// Returns the type of an expression and tells what is wrong in it.
@@ -45,6 +45,7 @@ impl Checker<'_> {
                 };
                 if let Ty::Quantity(dimension) = self.same(left, right, names) {
                     self.fits("the tolerance", &Ty::Quantity(dimension), &given, tolerance);
+                    self.tolerance(tolerance, dimension);
                 }
                 Ty::Bool
             }
@@ -292,6 +293,20 @@ impl Checker<'_> {
             },
             BinaryOp::Mul | BinaryOp::Div => {
                 let (a, b) = (self.expr(left, names), self.expr(right, names));
+                if op == BinaryOp::Div && constant(right).is_some_and(|by| by.value == 0.0) {
+                    self.tell(
+                        Diagnostic::error(
+                            "task::division",
+                            right.span,
+                            format!(
+                                "`{}` is zero, and nothing can be divided by it",
+                                self.source.slice(right.span)
+                            ),
+                            "divided by here",
+                        )
+                        .help("divide by something that is not zero"),
+                    );
+                }
                 match (a, b) {
                     (Ty::Quantity(a), Ty::Quantity(b)) => {
                         Ty::Quantity(if op == BinaryOp::Mul { a * b } else { a / b })
@@ -302,6 +317,26 @@ impl Checker<'_> {
                 }
             }
         }
+    }
+
+    /// Complains of a tolerance that is nothing, or less, as far as it can be read off the text.
+    fn tolerance(&mut self, tolerance: &Expr, dimension: Dimension) {
+        let is_none = |given: &Quantity| given.dimension == dimension && given.value <= 0.0;
+        let Some(given) = constant(tolerance).filter(is_none) else { return };
+        let least = Quantity { value: 0.0, ..given };
+        let found = Diagnostic::error(
+            "task::tolerance",
+            tolerance.span,
+            format!("the tolerance is {given}; it should be more than {least}"),
+            "how close is close enough?",
+        );
+        self.tell(match &tolerance.kind {
+            ExprKind::Negate(inner) if given.value < 0.0 => {
+                let text = self.source.slice(inner.span);
+                found.help(format!("write `within {text}`")).fix(tolerance.span, text)
+            }
+            _ => found.help(format!("write how close, such as `within {}`", small(dimension))),
+        });
     }
 
     /// Checks that two sides are of one kind and returns it.
