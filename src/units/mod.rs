@@ -13,7 +13,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-pub use spelling::{UNITS, known_units, suggest_unit};
+pub use spelling::{UNITS, convert, known_units, suggest_unit};
 
 /// Exponents of the base quantities a unit is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
@@ -230,6 +230,11 @@ mod tests {
         assert_eq!(suggest_unit("nanoseconds"), Some("ns"));
         assert_eq!(suggest_unit("µs"), Some("us"));
         assert_eq!(suggest_unit("furlongs"), None);
+        // An inch is no centimetre.
+        assert_eq!(suggest_unit("inch"), None);
+        assert_eq!(convert(3.0, "Inches"), Some(("7.62".to_owned(), "cm")));
+        assert_eq!(convert(0.5, "lb"), Some(("226.796".to_owned(), "g")));
+        assert_eq!(convert(3.0, "cm"), None);
     }
 
     #[test]

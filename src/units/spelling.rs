@@ -1,6 +1,6 @@
 //! The spellings of units, and reading them.
 
-use super::{Dimension, Error, Quantity, Unit};
+use super::{Dimension, Error, Quantity, Unit, significant};
 
 /// Every unit the language knows: spelling, SI units in one of it, dimension. The grammar lists the
 /// same spellings, longest first; a test compares the two.
@@ -81,9 +81,30 @@ const MEANT: &[(&str, &str)] = &[
     ("volt", "V"),
     ("amp", "A"),
     ("ampere", "A"),
-    ("inch", "cm"),
     ("cms", "cm"),
     ("mms", "mm"),
+];
+
+/// Units of other systems, and what one of each is in a unit of the language. Not accepted, only converted in what is suggested.
+///
+/// Source: BIPM, *The International System of Units*, 9th edition, for prefixes; NIST SP 811, 2008, appendix B, for the others.
+const FOREIGN: &[(&str, f64, &str)] = &[
+    ("in", 2.54, "cm"),
+    ("inch", 2.54, "cm"),
+    ("inches", 2.54, "cm"),
+    ("ft", 30.48, "cm"),
+    ("foot", 30.48, "cm"),
+    ("feet", 30.48, "cm"),
+    ("dm", 10.0, "cm"),
+    ("cl", 10.0, "mL"),
+    ("dl", 100.0, "mL"),
+    ("lb", 453.592_37, "g"),
+    ("lbs", 453.592_37, "g"),
+    ("pound", 453.592_37, "g"),
+    ("pounds", 453.592_37, "g"),
+    ("oz", 28.349_523_125, "g"),
+    ("ounce", 28.349_523_125, "g"),
+    ("ounces", 28.349_523_125, "g"),
 ];
 
 /// The units worth listing to a person who wrote one that does not exist.
@@ -102,6 +123,13 @@ pub fn suggest_unit(text: &str) -> Option<&'static str> {
         .or_else(|| {
             UNITS.iter().find(|(unit, ..)| unit.to_lowercase() == lower).map(|(unit, ..)| *unit)
         })
+}
+
+/// Returns what so many of a unit of another system are, the number and its unit: 3 `inches` → `7.62`, `cm`.
+pub fn convert(value: f64, unit: &str) -> Option<(String, &'static str)> {
+    let lower = unit.to_lowercase();
+    let (_, each, unit) = FOREIGN.iter().find(|(spelling, ..)| *spelling == lower)?;
+    Some((significant(value * each, 6), *unit))
 }
 
 impl Unit {

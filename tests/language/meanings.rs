@@ -160,7 +160,9 @@ fn a_taught_phrase_is_read_before_what_was_there() {
 fn quantities_are_heard_with_their_units() {
     let taught = phrase("\"pour {amount} from {a} to {b}\" = pour(a, b, amount: amount)").unwrap();
     let phrases = [taught];
-    for (said, unit) in [("60 ml", "60 mL"), ("60ml", "60 mL"), ("0.1 l", "0.1 L")] {
+    for (said, unit) in
+        [("60 ml", "60 mL"), ("60ml", "60 mL"), ("0.1 l", "0.1 L"), ("5 cl", "50 mL")]
+    {
         let sentence = format!("pour {said} from the jar to the red cup");
         let Meaning::Clear(found) = read(&sentence, &phrases, &nothing) else { panic!("{said}") };
         assert_eq!(found.text, format!("pour(jar, cup2, amount: {unit})"));

@@ -126,6 +126,23 @@ fn a_number_without_its_unit_or_with_another_is_told() {
     ]);
 }
 
+/// `3 inch` was to be written `3 cm`, another length, and `height(jar) > 3 ml` as a volume.
+#[test]
+fn a_unit_of_another_system_is_converted_and_a_misspelt_one_is_of_the_kind_that_is_wanted() {
+    for (text, write) in [
+        ("check height(jar) > 3 inches", "7.62 cm"),
+        ("lift(jar, by: 3 in)", "7.62 cm"),
+        ("check height(jar) > 3 ml", "3 mm"),
+        ("check tall(jar) and volume(cup) + volume(jar) > 3 ml", "3 mL"),
+        ("pour(jar, cup, amount: 3 ml)", "3 mL"),
+    ] {
+        let found = checked(text);
+        let [(code, _, help)] = found.as_slice() else { panic!("{text}: {found:?}") };
+        assert_eq!(*code, "task::unit", "{text}");
+        assert!(help.starts_with(&format!("write `{write}`  (units: ")), "{text}: {help}");
+    }
+}
+
 #[test]
 fn arguments_that_do_not_fit_a_call_are_told() {
     each_is_told(&[

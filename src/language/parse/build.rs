@@ -60,7 +60,8 @@ impl<'a> Builder<'a> {
             let before = text[..from].trim_end_matches([' ', '\t']);
             let digits = before.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.').len();
             let with_number = |a: usize, b: usize| self.balanced.original(digits + a, digits + b);
-            let mut found = wrong_units(&text[digits..to], &with_number);
+            let line = before[..digits].rsplit('\n').next().unwrap_or_default();
+            let mut found = wrong_units(line, &text[digits..to], &with_number);
             // The 4 of `k4 u` is no number.
             let part_of_name =
                 before[..digits].ends_with(|c: char| c.is_alphanumeric() || c == '_');

@@ -8,6 +8,7 @@ use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
 
 use super::super::ast::Span;
+use super::super::builtins::{self, Ty};
 use super::super::diagnostic::Diagnostic;
 use super::grammar::{Place, Rule, TaskParser};
 use super::habit::habit;
@@ -16,7 +17,7 @@ use super::words::{
     AFTER_NUMBER, ALLEN, CLAUSES, ENTRIES, ITEMS, MODEL, QUOTES, RESERVED, SIGNS, STEPS,
     ToOriginal, VIEWS, nearest,
 };
-use crate::units::{UNITS, known_units, suggest_unit};
+use crate::units::{Dimension, UNITS, Unit, convert, known_units, suggest_unit};
 
 /// Returns what is wrong with a slice; `line` is what stands before it on its line.
 pub(super) fn explain(
@@ -26,7 +27,7 @@ pub(super) fn explain(
     original: &ToOriginal,
 ) -> Vec<Diagnostic> {
     let code = code(slice);
-    let units = wrong_units(slice, original);
+    let units = wrong_units(line, slice, original);
     if !units.is_empty() {
         return units;
     }
@@ -52,8 +53,8 @@ fn code(slice: &str) -> Vec<Token> {
     tokens(slice).into_iter().filter(|t| !matches!(t.kind, Kind::Note | Kind::Doc)).collect()
 }
 
-/// Numbers with a word beside them that is no unit.
-pub(super) fn wrong_units(slice: &str, original: &ToOriginal) -> Vec<Diagnostic> {
+/// Numbers with a word beside them that is no unit; `line` is what stands before the slice on its line.
+pub(super) fn wrong_units(line: &str, slice: &str, original: &ToOriginal) -> Vec<Diagnostic> {
     let mut out = Vec::new();
     let code = code(slice);
     for (i, pair) in code.windows(2).enumerate() {
@@ -79,14 +80,60 @@ pub(super) fn wrong_units(slice: &str, original: &ToOriginal) -> Vec<Diagnostic>
             format!("`{text}` is not a unit"),
             "unknown unit",
         );
-        out.push(match suggest_unit(text) {
+        let digits = number.text(slice);
+        let converted = digits.parse::<f64>().ok().and_then(|value| convert(value, text));
+        if let Some((value, unit)) = converted {
+            let whole = format!("{value} {unit}");
+            let help = format!("write `{whole}`  (units: {})", known_units());
+            out.push(found.help(help).fix(original(number.from, word.to), whole));
+            continue;
+        }
+        let wanted = measured(&format!("{line}{}", &slice[..number.from]));
+        out.push(match meant(text, wanted) {
             Some(unit) => found
-                .help(format!("write `{} {unit}`  (units: {})", number.text(slice), known_units()))
+                .help(format!("write `{digits} {unit}`  (units: {})", known_units()))
                 .fix(span, unit),
             None => found.help(format!("units: {}", known_units())),
         });
     }
     out
+}
+
+/// Returns what a number is of that comes after a text, where it is compared with what a function of the language measures,
+/// or added to it: a length after `height(jar) >`.
+fn measured(before: &str) -> Option<Dimension> {
+    let tokens = code(before);
+    let (sign, of) = tokens.split_last()?;
+    if !matches!(sign.text(before), ">" | ">=" | "<" | "<=" | "==" | "!=" | "+" | "-") {
+        return None;
+    }
+    let mut depth = 0_usize;
+    let open = of.iter().rposition(|token| {
+        match token.text(before) {
+            ")" => depth += 1,
+            "(" => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        depth == 0
+    })?;
+    if of[open].text(before) != "(" {
+        return None;
+    }
+    let (name, of) = of[..open].split_last()?;
+    let is_factor = of.last().is_some_and(|token| matches!(token.text(before), "*" | "/"));
+    match Ty::named(builtins::function(name.text(before))?.result) {
+        Ty::Quantity(dimension) if !is_factor => Some(dimension),
+        _ => None,
+    }
+}
+
+/// Returns the unit that a wrong spelling means, of the dimension that is wanted if it is known: `ml` of a length is `mm`.
+fn meant(text: &str, wanted: Option<Dimension>) -> Option<&'static str> {
+    let suggested = suggest_unit(text);
+    let Some(wanted) = wanted else { return suggested };
+    let fits = |unit: &&str| Unit::parse(unit).is_ok_and(|unit| unit.dimension == wanted);
+    let units = UNITS.iter().map(|(unit, ..)| *unit);
+    suggested.filter(fits).or_else(|| nearest(text, units.filter(fits)))
 }
 
 /// A first word that is one or two letters away from one that may stand there.

@@ -5,7 +5,7 @@ use super::super::library::Library;
 use super::super::text;
 use super::knowledge::{Knowledge, Thing, either};
 use super::share::{LEVEL, level, share};
-use crate::units::{Dimension, Unit, suggest_unit};
+use crate::units::{Dimension, Quantity, Unit, convert, suggest_unit};
 
 /// Words that may stand before the name of a thing and say nothing about which.
 const ARTICLES: &[&str] = &["the", "a", "an", "this", "that", "my", "your", "our", "some"];
@@ -238,21 +238,21 @@ fn quantity(said: &str, dimension: Dimension, slot: &str) -> Result<Vec<Found>, 
     let nothing = |why: String| Err(Hindrance::new(why, Some(example.clone())));
     let compact = said.replace(' ', "");
     let digits = compact.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(compact.len());
-    let (number, unit) = compact.split_at(digits);
+    let (number, spelt) = compact.split_at(digits);
     let Ok(value) = number.parse::<f64>() else {
         return nothing(format!("`{said}` is no number for `{slot}`"));
     };
     // Sentences are read in lower case, units are not written so.
-    let known = ["mL", "L", "N", "V", "A"].into_iter().find(|u| u.to_lowercase() == unit);
-    let unit = known.or_else(|| Unit::parse(unit).is_ok().then_some(unit));
-    let unit = match (unit, suggest_unit(&compact[digits..])) {
-        (Some(unit), _) => unit.to_owned(),
-        (None, Some(near)) => near.to_owned(),
-        (None, None) => return nothing(format!("`{said}` has no unit that is known")),
+    let known = ["mL", "L", "N", "V", "A"].into_iter().find(|u| u.to_lowercase() == spelt);
+    let unit = known.or_else(|| Unit::parse(spelt).is_ok().then_some(spelt));
+    let heard = text::quantity(Quantity::number(value));
+    let meant = unit.or_else(|| suggest_unit(spelt)).map(|unit| (heard, unit));
+    let Some((number, unit)) = meant.or_else(|| convert(value, spelt)) else {
+        return nothing(format!("`{said}` has no unit that is known"));
     };
-    match Unit::parse(&unit) {
+    match Unit::parse(unit) {
         Ok(parsed) if parsed.dimension == dimension => {
-            let text = format!("{} {unit}", text::quantity(crate::units::Quantity::number(value)));
+            let text = format!("{number} {unit}");
             Ok(vec![Found { value: text.clone(), shown: text }])
         }
         _ => nothing(format!("`{slot}` is {}, and `{said}` is not", dimension.words())),
