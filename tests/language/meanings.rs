@@ -129,6 +129,19 @@ fn an_unknown_sentence_is_answered_with_the_nearest_one() {
     assert!(matches!(read("", &[], &nothing), Meaning::Unknown { .. }));
 }
 
+/// "pikc up teh jar" was answered with the sentence that anything is answered with.
+#[test]
+fn a_misspelt_sentence_is_asked_back_where_it_is_understood_without_its_slips() {
+    for (said, meant) in [
+        ("Pikc up teh jar!", "pick up the jar"),
+        ("purr the jar into teh red cup", "pour the jar into the red cup"),
+        ("wher is the jra?", "where is the jar"),
+    ] {
+        let Meaning::Unknown { help } = read(said, &[], &nothing) else { panic!("{said}") };
+        assert_eq!(help, format!("did you mean \"{meant}\"?"));
+    }
+}
+
 #[test]
 fn a_taught_phrase_is_read_before_what_was_there() {
     let taught =

@@ -75,6 +75,11 @@ const QUALITIES: &[(&str, Quality)] = &[
     ("filled", Quality::Filled),
 ];
 
+/// Returns the words that choose among things by themselves.
+pub(super) fn qualities() -> impl Iterator<Item = &'static str> {
+    QUALITIES.iter().map(|(word, _)| *word)
+}
+
 /// The same at the end of what is said.
 const CONTENTS: &[(&str, Quality)] = &[
     (" with nothing in it", Quality::Empty),

@@ -12,6 +12,7 @@ mod describe;
 mod fill;
 mod hand;
 mod knowledge;
+mod misspelt;
 mod plural;
 mod question;
 mod relation;
@@ -189,10 +190,21 @@ pub fn phrase(text: &str) -> Result<Phrase, Wrong> {
 /// Reads a sentence.
 pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
     let said = words(sentence);
-    if let Some(asked) = question::understand(&said, with) {
+    let found = meaning(&said, with);
+    if matches!(found, Meaning::Unknown { .. })
+        && let Some(corrected) = misspelt::corrected(&said, with)
+    {
+        return Meaning::Unknown { help: format!("did you mean \"{corrected}\"?") };
+    }
+    found
+}
+
+/// Reads a sentence as it stands; `said` as [`words`] makes it.
+fn meaning(said: &str, with: &Knowledge<'_>) -> Meaning {
+    if let Some(asked) = question::understand(said, with) {
         return asked;
     }
-    match one(&said, with) {
+    match one(said, with) {
         // Nothing is in the hand that nobody spoke of, unless what is known of the arm says so.
         Meaning::Ambiguous { question, choices } if with.it.is_none() => {
             let mut able = sequence::able(choices, Some(&Hand::Empty), with);
@@ -203,7 +215,7 @@ pub fn understand(sentence: &str, with: &Knowledge<'_>) -> Meaning {
             }
         }
         whole @ (Meaning::Clear(_) | Meaning::Ambiguous { .. }) => whole,
-        whole => sequence::understand(&said, with).unwrap_or(whole),
+        whole => sequence::understand(said, with).unwrap_or(whole),
     }
 }
 

@@ -73,6 +73,11 @@ pub(super) fn understand(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
     hindered.map(|Hindrance { why, help, .. }| Meaning::Impossible { why, help })
 }
 
+/// Returns the sentences that ask, as templates; those of fluents are not among them.
+pub(super) fn sentences() -> impl Iterator<Item = &'static str> {
+    ASKED.iter().map(|(sentence, _)| *sentence)
+}
+
 /// Whether a sentence is a question, known or not.
 pub(super) fn begins(said: &str) -> bool {
     said.split(' ').next().is_some_and(|word| BEGINS.contains(&word))

@@ -35,6 +35,11 @@ const SAID: &[(&str, &str)] = &[
     ("near", "next_to"),
 ];
 
+/// Returns what people say of where something is.
+pub(super) fn phrases() -> impl Iterator<Item = &'static str> {
+    SAID.iter().map(|(phrase, _)| *phrase)
+}
+
 /// Returns the ways to read a sentence in which relations are one word each, as the language writes them: one of them
 /// tells the place, after "at", the last first; or none does, and each tells which thing is meant.
 pub(super) fn readings(said: &str) -> Vec<String> {
