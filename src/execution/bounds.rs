@@ -39,6 +39,8 @@ pub(super) fn engine() -> Engine {
     engine.set_max_variables(200);
     engine.set_max_string_size(16 * 1024);
     engine.set_max_array_size(2_000);
+    // A part that is set by `m[k] = v` has its own size looked at and not that of `m`, which waits for the next word that is
+    // called on `m` or gives it back. A loop of nothing else ends by its operations.
     engine.set_max_map_size(200);
     engine.set_module_resolver(DummyModuleResolver::new());
     // `curry` would let a function hold itself, twice as large each time. Functions that capture what is around

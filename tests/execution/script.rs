@@ -47,6 +47,11 @@ fn scripts_without_end_or_bounds_are_stopped() {
         let (_, message) = wrong(&mut scripts, text);
         assert!(message.to_lowercase().contains(word), "{text:.60}: {message}");
     }
+    // A map that grows by `m[k] = v` is measured when a word is called on it, and not before: the engine's, not ours.
+    let grown = "let m = #{}; for i in 0..300 { m[`k${i}`] = i; }";
+    run(&mut scripts, grown).unwrap();
+    let (_, message) = wrong(&mut scripts, &format!("{grown} m.len();"));
+    assert!(message.to_lowercase().contains("size"), "{message}");
     // And the engine is as good as new afterwards.
     run(&mut scripts, "let a = [1.0 * cm, 2.0 * deg]; if a.len() != 2 { throw \"odd\"; }").unwrap();
 }
