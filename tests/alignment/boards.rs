@@ -7,7 +7,7 @@ use trueup::alignment::boards::circles::Circles;
 use trueup::alignment::boards::tag_grid::TagGrid;
 use trueup::alignment::boards::tags::Family;
 use trueup::alignment::boards::{NotFound, Target};
-use trueup::alignment::intrinsics::{self, View};
+use trueup::alignment::intrinsics::{self, Distortion, View, strays};
 use trueup::world::{Camera, Intrinsics, Point, Pose};
 
 use crate::sheet::{Sheet, sheet, taken};
@@ -78,8 +78,58 @@ fn every_point_is_found_to_a_fraction_of_a_pixel() {
                 let turned = points.into_iter().rev().zip(pixels).collect::<Vec<_>>();
                 off = off.min(self::off(&turned, &camera));
             }
-            assert!(off < 0.2, "{k} {n}: {off} px");
+            let most = if matches!(target, Target::Circles(_)) { 0.05 } else { 0.2 };
+            assert!(off < most, "{k} {n}: {off} px");
         }
+    }
+}
+
+/// Circles of 11 mm every 28 mm were off by up to 1 px, since a box around one holds parts of those beside it, and by 0.15 px
+/// because the middle of an ellipse is not that of the circle. Then good ones were left out, and the focal length was 3 ± wrong.
+#[test]
+fn circles_near_each_other_give_the_camera_within_its_doubt() {
+    let (step, radius) = (0.02, 0.011);
+    let board = Circles::new(4, 11, step, true).unwrap();
+    let turns = [
+        [0.5, 0.0, 0.0],
+        [-0.5, 0.1, 0.3],
+        [0.1, 0.55, -0.2],
+        [0.0, -0.5, 0.4],
+        [0.4, 0.4, 0.0],
+        [-0.3, 0.4, -0.3],
+    ];
+    let is_bright = move |x: f64, y: f64| {
+        // A circle reaches into the rows above and below.
+        [(y / step).floor(), (y / step).ceil()].into_iter().all(|row| {
+            let row = row.clamp(0.0, 10.0);
+            let shift = row % 2.0;
+            let column = ((x / step - shift) / 2.0).round().clamp(0.0, 3.0);
+            (x - (2.0 * column + shift) * step).hypot(y - row * step) > radius
+        })
+    };
+    let sheet = Sheet { middle: [0.07, 0.1], is_bright: Box::new(is_bright), is_up: false };
+    let view = |(n, turns): (usize, &[f64; 3])| {
+        let camera = camera(&sheet, *turns, 0.4);
+        let points = board.find(&taken(&sheet, &camera, n as u64)).unwrap();
+        let off = off(&points, &camera);
+        assert!(off < 0.05, "{n}: {off} px");
+        View { name: n.to_string(), points, world_from_camera: None }
+    };
+    let views: Vec<View> = turns.iter().enumerate().map(view).collect();
+    let options = intrinsics::Options {
+        image_size: Some((640, 480)),
+        distortion: Distortion::K1K2P1P2,
+        skew: Some(false),
+        ..Default::default()
+    };
+    let found = strays::without(&views, |views| {
+        intrinsics::calibrate(views, &options).map(|fit| (fit, ()))
+    });
+    let found = found.unwrap();
+    assert!(found.strays.is_empty(), "{:?}", found.strays);
+    let (k, std) = (found.fit.0.intrinsics, found.fit.0.std);
+    for (value, truth, std) in [(k.fx, 640.0, std[0]), (k.fy, 640.0, std[1])] {
+        assert!((value - truth).abs() < 3.0 * std, "{value} ± {std}");
     }
 }
 

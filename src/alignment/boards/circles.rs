@@ -1,19 +1,18 @@
 //! Grids of dark circles: rows above each other, or every second row shifted by half a step.
 //!
-//! Dark round regions are found, each one's middle by its darkness, and told apart by their places in the grid. All must be
-//! in the picture. The middle of a circle's picture is not the picture of its middle: on a board tilted by `t` it is off by
-//! `f (r/d)² sin t cos t`, a tenth of a pixel for 9 mm at half a metre and a focal length of 900 px. That is not put right.
+//! Dark round regions ([`super::discs`]) are told apart by their places in the grid, then each one's middle is measured, and
+//! what a circle's picture is off from the picture of its middle is taken off ([`super::eccentricity`]). All must be in the
+//! picture.
 //!
-//! Source: the layouts of `OpenCV`'s `findCirclesGrid`; Heikkilä and Silvén, "A four-step camera calibration procedure",
-//! CVPR 1997, §3 (the middle of an ellipse).
+//! Source: the layouts of `OpenCV`'s `findCirclesGrid`.
 
-use image::{GrayImage, RgbImage};
-use imageproc::region_labelling::{Connectivity, connected_components};
+use image::RgbImage;
 use nalgebra::Vector2;
 
 use super::charuco::BadBoard;
+use super::discs::{Regions, thresholds};
 use super::lattice::{Lattice, largest};
-use super::{Found, NotFound};
+use super::{Found, NotFound, eccentricity};
 use crate::alignment::plane::Plane;
 use crate::world::{Pixel, Point};
 
@@ -29,14 +28,6 @@ pub struct Circles {
     /// Whether every second row is shifted by half of the way between two of its circles, which is two steps then.
     pub shifted: bool,
 }
-
-/// The least and the most pixels of a circle, the most as a share of the picture.
-const LEAST_PIXELS: usize = 12;
-const MOST_SHARE: f64 = 0.05;
-/// Of a round region's pixels, the share of its ellipse that they fill: one of a half-moon is less, one of a square more.
-const FILLED: [f64; 2] = [0.85, 1.12];
-/// The longest ellipse that a circle is seen as: tilted by 70 deg.
-const LONGEST: f64 = 3.0;
 
 impl Circles {
     /// Returns the grid, if it is one that can be looked for; `step` in m.
@@ -88,19 +79,29 @@ impl Circles {
         let asked = self.columns * self.rows;
         let mut most = 0;
         for dark in thresholds(&grey) {
-            let middles = middles(&grey, &dark);
-            let grid = largest(&middles);
+            let regions = Regions::of(&dark);
+            let rough: Vec<Vector2<f64>> = regions.round.iter().map(|disc| disc.middle).collect();
+            let grid = largest(&rough);
             most = most.max(grid.len());
-            if let Some(found) = self.told_apart(&grid, &middles) {
-                return Ok(found);
-            }
+            let Some(order) = self.told_apart(&grid, &rough) else { continue };
+            let measured = |&i: &usize| {
+                let disc = &regions.round[i];
+                regions.measured(&grey, disc).unwrap_or(*disc)
+            };
+            let discs: Vec<_> = order.iter().map(measured).collect();
+            let points = self.points();
+            let middles = eccentricity::without(&points, &discs, (grey.width, grey.height));
+            let pair = |(p, q): (&Vector2<f64>, &Vector2<f64>)| {
+                (Point::new(p.x, p.y, 0.0), Pixel::new(q.x, q.y))
+            };
+            return Ok(points.iter().zip(&middles).map(pair).collect());
         }
         Err(NotFound::Circles { seen: most, asked })
     }
 
-    /// Gives each circle its place on the board, if the grid is the board's. Of two ways that the circles do not tell apart
-    /// the one whose first circle is nearer to the picture's top left corner counts.
-    fn told_apart(&self, grid: &Lattice, middles: &[Vector2<f64>]) -> Option<Found> {
+    /// Returns which of the middles is that of each circle of the board, row by row, if the grid is the board's. Of two ways
+    /// that the circles do not tell apart the one whose first circle is nearer to the picture's top left corner counts.
+    fn told_apart(&self, grid: &Lattice, middles: &[Vector2<f64>]) -> Option<Vec<usize>> {
         let points = self.points();
         if grid.len() != points.len() {
             return None;
@@ -112,7 +113,7 @@ impl Circles {
             if self.shifted { ((x + y).div_euclid(2), (y - x).div_euclid(2)) } else { (x, y) }
         };
         let cells: Vec<(i32, i32)> = points.iter().map(cell).collect();
-        let mut best: Option<(f64, Found)> = None;
+        let mut best: Option<(f64, Vec<usize>)> = None;
         for turn in 0..4 {
             // Quarter turns only: a board is not seen mirrored.
             for flip in [false, true] {
@@ -143,14 +144,11 @@ impl Circles {
                 }
                 let from_corner = pixels[0].x + pixels[0].y;
                 if best.as_ref().is_none_or(|(other, _)| from_corner < *other) {
-                    let pair = |(p, q): (&Vector2<f64>, &Vector2<f64>)| {
-                        (Point::new(p.x, p.y, 0.0), Pixel::new(q.x, q.y))
-                    };
-                    best = Some((from_corner, points.iter().zip(&pixels).map(pair).collect()));
+                    best = Some((from_corner, order));
                 }
             }
         }
-        best.map(|(_, found)| found)
+        best.map(|(_, order)| order)
     }
 }
 
@@ -164,98 +162,4 @@ fn is_mirrored(points: &[Vector2<f64>], pixels: &[Vector2<f64>]) -> bool {
         m += (q - b) * (p - a).transpose();
     }
     m.determinant() < 0.0
-}
-
-/// Pictures in which what may be circles is white, by thresholds between the darkest and the brightest of places around.
-fn thresholds(grey: &Plane) -> Vec<GrayImage> {
-    let blur = |part: f64| {
-        let sigma = part * grey.width.max(grey.height) as f64;
-        // Blurred small, since it is smooth.
-        let mut small = grey.clone();
-        let mut size = 1.0;
-        while sigma / size > 4.0 {
-            small = small.halved();
-            size *= 2.0;
-        }
-        (small.blurred((sigma / size) as f32), size)
-    };
-    [0.02, 0.05]
-        .into_iter()
-        .map(|part| {
-            let (around, size) = blur(part);
-            GrayImage::from_fn(grey.width as u32, grey.height as u32, |x, y| {
-                let own = grey.data[y as usize * grey.width + x as usize];
-                let at = |p: u32| (f64::from(p) + 0.5) / size - 0.5;
-                let mean = around.sample(at(x), at(y));
-                image::Luma([if own < 0.85 * mean - 4.0 { 255 } else { 0 }])
-            })
-        })
-        .collect()
-}
-
-/// The middles of dark round regions.
-fn middles(grey: &Plane, dark: &GrayImage) -> Vec<Vector2<f64>> {
-    let labels = connected_components(dark, Connectivity::Four, image::Luma([0]));
-    let count = labels.pixels().map(|p| p.0[0]).max().unwrap_or(0) as usize;
-    // Number of pixels, sums of x, y, xx, xy, yy, and the box around.
-    let mut sums = vec![[0.0_f64; 6]; count + 1];
-    let mut boxes = vec![[u32::MAX, u32::MAX, 0, 0]; count + 1];
-    for (x, y, label) in labels.enumerate_pixels() {
-        let label = label.0[0] as usize;
-        if label == 0 {
-            continue;
-        }
-        let (u, v) = (f64::from(x), f64::from(y));
-        for (sum, value) in sums[label].iter_mut().zip([1.0, u, v, u * u, u * v, v * v]) {
-            *sum += value;
-        }
-        let b = &mut boxes[label];
-        *b = [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)];
-    }
-    let largest = MOST_SHARE * (grey.width * grey.height) as f64;
-    let round = (1..=count).filter(|&k| {
-        let [n, x, y, xx, xy, yy] = sums[k];
-        // What the picture's border cuts has no middle.
-        let [left, top, right, bottom] = boxes[k].map(|at| at as usize);
-        let is_cut = left == 0 || top == 0 || right + 1 >= grey.width || bottom + 1 >= grey.height;
-        if is_cut || n < LEAST_PIXELS as f64 || n > largest {
-            return false;
-        }
-        let (a, b, c) =
-            (xx / n - (x / n).powi(2), xy / n - x * y / n / n, yy / n - (y / n).powi(2));
-        // A pixel's own width.
-        let (a, c) = (a + 1.0 / 12.0, c + 1.0 / 12.0);
-        let (mean, off) = (0.5 * (a + c), (0.25 * (a - c).powi(2) + b * b).sqrt());
-        let (long, short) = ((mean + off).sqrt(), (mean - off).max(1e-9).sqrt());
-        // An ellipse's half axes are twice the deviations of its pixels.
-        let filled = n / (std::f64::consts::PI * 4.0 * long * short);
-        (FILLED[0]..FILLED[1]).contains(&filled) && long < LONGEST * short
-    });
-    round.map(|k| middle(grey, boxes[k])).collect()
-}
-
-/// The middle of what is darker than the rim of a box around a region.
-fn middle(grey: &Plane, [left, top, right, bottom]: [u32; 4]) -> Vector2<f64> {
-    let pad = 2;
-    let (x0, y0) = (i64::from(left) - pad, i64::from(top) - pad);
-    let (x1, y1) = (i64::from(right) + pad, i64::from(bottom) + pad);
-    let mut rim: Vec<f32> = Vec::new();
-    for x in x0..=x1 {
-        rim.extend([grey.at(x, y0), grey.at(x, y1)]);
-    }
-    for y in y0..=y1 {
-        rim.extend([grey.at(x0, y), grey.at(x1, y)]);
-    }
-    rim.sort_by(f32::total_cmp);
-    let bright = f64::from(rim[rim.len() / 2]);
-    let (mut sum, mut weight) = (Vector2::zeros(), 0.0);
-    for y in y0..=y1 {
-        for x in x0..=x1 {
-            // What is nearly as bright as the rim is its noise.
-            let darker = (bright - f64::from(grey.at(x, y)) - 0.1 * bright).max(0.0);
-            sum += Vector2::new(x as f64, y as f64) * darker;
-            weight += darker;
-        }
-    }
-    if weight > 0.0 { sum / weight } else { Vector2::new((x0 + x1) as f64, (y0 + y1) as f64) / 2.0 }
 }

@@ -6,6 +6,8 @@
 
 pub mod charuco;
 pub mod circles;
+mod discs;
+mod eccentricity;
 mod form;
 mod lattice;
 mod quads;
