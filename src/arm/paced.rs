@@ -61,6 +61,10 @@ impl<P: Plant> Plant for Paced<P> {
         self.plant.is_lost()
     }
 
+    fn is_led_to_rest(&self) -> bool {
+        self.plant.is_led_to_rest()
+    }
+
     fn fingers_begin_within(&self) -> f64 {
         self.plant.fingers_begin_within()
     }

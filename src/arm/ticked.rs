@@ -39,6 +39,11 @@ pub trait Plant: Send {
         false
     }
 
+    /// Returns whether an arm that errs may still be led to rest: an error of a model of an arm is the end of it.
+    fn is_led_to_rest(&self) -> bool {
+        false
+    }
+
     /// Returns how long fingers may take to begin to move, s.
     fn fingers_begin_within(&self) -> f64 {
         0.0
@@ -129,13 +134,13 @@ impl<P: Plant> Ticked<P> {
         Ok(())
     }
 
-    /// Sends an order, if there is one, and lets one period pass; an arm that does not follow is slowed down.
+    /// Sends an order, if there is one, and lets one period pass; an arm that does not follow is slowed down, and so is one that errs.
     fn tick(
         &mut self,
         order: Option<(Vec<f64>, Vec<f64>)>,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
-        self.send(order, watch)?;
+        self.send(order, watch).map_err(|error| self.errs(error, watch))?;
         let Some(most) = self.plant.most_behind() else { return Ok(()) };
         let lag = self.lag().into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
         let Some((joint, _)) = lag.filter(|(_, lag)| *lag > most) else {
@@ -223,12 +228,31 @@ impl<P: Plant> Ticked<P> {
         Feedback { q_cmd: self.q_cmd.clone(), ..self.plant.report() }
     }
 
+    /// Brings the arm to rest, also where it errs meanwhile.
+    fn brake(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
+        self.slow_down(watch).map_err(|error| self.errs(error, watch))
+    }
+
+    /// Brings an arm that errs to rest, as far as it can be led there, and has it held; returns the error. Where it errs again it is
+    /// held at once.
+    fn errs(&mut self, error: DeviceError, watch: &mut dyn FnMut(&Feedback)) -> DeviceError {
+        // A wish to stop while the arm was silent has had it held.
+        if error == DeviceError::Stopped || !self.plant.is_led_to_rest() {
+            return error;
+        }
+        if self.slow_down(watch) != Err(DeviceError::Stopped) {
+            // What goes wrong meanwhile is the lesser trouble.
+            let _ = self.hold();
+        }
+        error
+    }
+
     /// Slows all joints down together from the speed they were last sent at, and waits until they rest.
     ///
     /// The command never jumps: a joint sent back to where its encoder was read would swing past and
     /// return, and what it carries would spill. Only a joint that has not followed is sent back, so that it does not leap when
     /// what holds it is gone.
-    fn brake(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
+    fn slow_down(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
         // What has not begun is not begun any more.
         self.fingers = None;
         let is_stuck = self.gives_up_stuck();
@@ -284,6 +308,11 @@ impl<P: Plant> Ticked<P> {
     /// Brings the arm to rest and has it held there: nobody goes on from here without asking where it is.
     fn halt(&mut self, watch: &mut dyn FnMut(&Feedback)) -> Result<(), DeviceError> {
         self.brake(watch)?;
+        self.hold()
+    }
+
+    /// Has the arm held where it is, and commands it from there.
+    fn hold(&mut self) -> Result<(), DeviceError> {
         let held = self.plant.hold();
         self.is_unsure |= held.is_err();
         if held? {

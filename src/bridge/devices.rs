@@ -135,6 +135,10 @@ impl Plant for BridgePlant {
         lock(&self.link).is_lost()
     }
 
+    fn is_led_to_rest(&self) -> bool {
+        lock(&self.link).is_led_to_rest()
+    }
+
     fn fingers_begin_within(&self) -> f64 {
         FINGERS_BEGIN
     }

@@ -1,6 +1,7 @@
 //! One connection to a bridge: a line out, a line back, and no answer believed before it was checked.
 //!
-//! After the first wrong answer the arm is asked to stop, and nothing more is asked of the connection.
+//! An answer that cannot be ends the connection: the arm is asked to stop, and nothing more is asked. One to a step leaves the line in
+//! step, and the arm may move: whoever leads it may lead it to rest before, as long as the answers are good. An answer that says no ends nothing.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -22,7 +23,7 @@ const CONNECT_S: f64 = 5.0;
 const ANSWER_S: f64 = 10.0;
 /// How long a picture may take, s: a path tracer's takes tens of seconds.
 const PHOTO_S: f64 = 60.0;
-/// How long the arm's stop is waited for after a wrong answer, s.
+/// How long the arm's stop, and each step that leads it to rest, is waited for after a wrong answer, s.
 const STOP_S: f64 = 1.0;
 
 /// How often a wish to stop is looked for while an answer is waited for, s.
@@ -53,6 +54,8 @@ pub struct Link {
     stood: f64,
     /// What was wrong, once something was.
     trouble: Option<Error>,
+    /// Whether the line is in step all the same, and the arm has not been asked to stop yet.
+    may_rest: bool,
 }
 
 impl Link {
@@ -91,6 +94,7 @@ impl Link {
             time: None,
             stood: 0.0,
             trouble: None,
+            may_rest: false,
         };
         let request = Request::Hello { version: VERSION, robot: link.wanted.robot.clone() };
         let hello: Hello = link.ask(&request, ANSWER_S)?;
@@ -106,28 +110,34 @@ impl Link {
         Ok((link, hello))
     }
 
-    /// Returns whether nothing is asked of it any more.
+    /// Returns whether nothing is asked of it any more, but that the arm comes to rest.
     pub fn is_lost(&self) -> bool {
         self.trouble.is_some()
+    }
+
+    /// Returns whether steps that lead the arm to rest are still carried.
+    pub fn is_led_to_rest(&self) -> bool {
+        self.trouble.is_none() || self.may_rest
     }
 
     /// Lets time pass; returns how the arm is afterwards.
     ///
     /// # Errors
     ///
-    /// [`Error`], after the arm was asked to stop.
+    /// [`Error`]; the arm was asked to stop unless it [may be led to rest](Self::is_led_to_rest): then [`Self::stop`] is due.
     pub fn step(&mut self, step: Step) -> Result<Told, Error> {
-        let (within, dt, before) = (ANSWER_S + step.dt, step.dt, self.time);
+        let patience = if self.is_lost() { STOP_S } else { ANSWER_S };
+        let (within, dt, before) = (patience + step.dt, step.dt, self.time);
         let told = self.told(&Request::Step(step), within)?;
         if let Some(from) = before.filter(|_| !self.is_realtime) {
             let leap = told.t - from;
             if leap > dt + self.stood + STOOD_S {
-                return Err(self.give_up(Error::ClockLeaps { leap, asked: dt }));
+                return Err(self.doubt(Error::ClockLeaps { leap, asked: dt }));
             }
         }
         self.stood = if before.is_some_and(|t| told.t <= t) { self.stood + dt } else { 0.0 };
         if self.stood > STOOD_S {
-            return Err(self.give_up(Error::ClockStands { at: told.t, passed: self.stood }));
+            return Err(self.doubt(Error::ClockStands { at: told.t, passed: self.stood }));
         }
         Ok(told)
     }
@@ -136,7 +146,7 @@ impl Link {
     ///
     /// # Errors
     ///
-    /// As [`Self::step`].
+    /// [`Error`], after the arm was asked to stop.
     pub fn feedback(&mut self) -> Result<Told, Error> {
         self.told(&Request::Feedback {}, ANSWER_S)
     }
@@ -145,8 +155,13 @@ impl Link {
     ///
     /// # Errors
     ///
-    /// As [`Self::step`].
+    /// [`Error`]; after an answer that cannot be it is that one's, and the arm was asked to stop.
     pub fn stop(&mut self) -> Result<Told, Error> {
+        if self.may_rest
+            && let Some(trouble) = self.trouble.clone()
+        {
+            return Err(self.give_up(trouble));
+        }
         self.told(&Request::Stop {}, ANSWER_S)
     }
 
@@ -194,15 +209,17 @@ impl Link {
     fn told(&mut self, request: &Request, within: f64) -> Result<Told, Error> {
         let told: Told = self.ask(request, within)?;
         if let Some(error) = wrong(&told, request.word(), &self.wanted, self.time) {
-            return Err(self.give_up(error));
+            return Err(self.refuse(request, error));
         }
         self.time = Some(told.t);
         Ok(told)
     }
 
-    /// Asks; an answer that is no answer ends the connection, one that says no does not.
+    /// Asks; an answer that is no answer ends the connection, one that says no does not. Either has the arm stopped, but where it may be
+    /// led to rest before.
     fn ask<T: DeserializeOwned>(&mut self, request: &Request, within: f64) -> Result<T, Error> {
-        if let Some(trouble) = &self.trouble {
+        let leads_to_rest = self.may_rest && is_step(request);
+        if let Some(trouble) = self.trouble.as_ref().filter(|_| !leads_to_rest) {
             return Err(trouble.clone());
         }
         let word = request.word();
@@ -212,12 +229,14 @@ impl Link {
         };
         if let Ok(Refusal { error, help }) = serde_json::from_slice(&line) {
             // It may go on later, but not from a motion that was cut short.
-            self.ask_to_stop();
+            if !is_step(request) && !matches!(request, Request::Stop {}) {
+                self.ask_to_stop();
+            }
             return Err(Error::Refused { request: word, why: error, help });
         }
         serde_json::from_slice(&line).map_err(|error| {
             let unreadable = Error::Unreadable { request: word, why: error.to_string() };
-            self.give_up(no_number(&line, word).unwrap_or(unreadable))
+            self.refuse(request, no_number(&line, word).unwrap_or(unreadable))
         })
     }
 
@@ -330,9 +349,27 @@ impl Link {
     /// Takes note of what went wrong with an answer: after all but one that was only not waited for, nothing is asked any more.
     fn fail(&mut self, error: Error) -> Error {
         if matches!(error, Error::Interrupted { .. }) {
+            // The arm has been asked to stop.
+            self.may_rest = false;
             return error;
         }
         self.give_up(error)
+    }
+
+    /// Takes note of an answer that came and cannot be.
+    fn refuse(&mut self, request: &Request, error: Error) -> Error {
+        if is_step(request) { self.doubt(error) } else { self.give_up(error) }
+    }
+
+    /// Takes note of an answer to a step that cannot be: the next ones may be good, and the arm is led to rest by them. After a second one it
+    /// is asked to stop at once.
+    fn doubt(&mut self, error: Error) -> Error {
+        if self.is_lost() {
+            return self.give_up(error);
+        }
+        self.may_rest = true;
+        self.trouble = Some(error.clone());
+        error
     }
 
     /// Asks the arm to stop; an answer that is late comes before the next.
@@ -346,13 +383,18 @@ impl Link {
         }
     }
 
-    /// Asks the arm to stop and keeps what was wrong: nothing is asked any more.
+    /// Asks the arm to stop and keeps what was wrong first: nothing is asked any more.
     fn give_up(&mut self, error: Error) -> Error {
         // Whoever answers wrongly may still understand this; nothing depends on it.
         self.ahead.clear();
         let stopped = self.send(&Request::Stop {}, STOP_S);
         let _ = stopped.and_then(|()| self.line("stop", STOP_S, false));
-        self.trouble = Some(error.clone());
-        error
+        self.may_rest = false;
+        self.trouble.get_or_insert(error).clone()
     }
+}
+
+/// Whether the arm may be on its way while this is answered.
+fn is_step(request: &Request) -> bool {
+    matches!(request, Request::Step(_))
 }

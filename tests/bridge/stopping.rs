@@ -15,15 +15,26 @@ use super::reality::serve;
 
 /// An arm that is where it was sent, but for a wall that the first joint cannot pass, at `wall` rad; and what was asked.
 fn arm(robot: &Robot, wall: f64) -> (BridgeArm, Arc<Mutex<Vec<Value>>>) {
+    flawed(robot, wall, |_, told| told)
+}
+
+/// As [`arm`], where `flaw` makes of the answer to each step, by its number from 1, what is sent.
+fn flawed(
+    robot: &Robot,
+    wall: f64,
+    mut flaw: impl FnMut(usize, String) -> String + Send + 'static,
+) -> (BridgeArm, Arc<Mutex<Vec<Value>>>) {
     let names: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
     let home = robot.pose("home").unwrap().to_vec();
     let (mut sent, mut q, mut t) = (home.clone(), home, 0.0);
     let (joints, none) = (names.clone(), vec![0.0; names.len()]);
+    let mut steps = 0;
     let (place, asked) = serve(move |request| {
         if request.get("hello").is_some() {
             return Some(json!({"hello": 1, "joints": joints}).to_string());
         }
         if let Some(step) = request.get("step") {
+            steps += 1;
             t += step["dt"].as_f64().unwrap();
             if let Some(to) = step["q"].as_array() {
                 sent = to.iter().map(|to| to.as_f64().unwrap()).collect();
@@ -34,7 +45,8 @@ fn arm(robot: &Robot, wall: f64) -> (BridgeArm, Arc<Mutex<Vec<Value>>>) {
         }
         q.clone_from(&sent);
         q[0] = q[0].min(wall);
-        Some(json!({"t": t, "q": q, "dq": none, "tau": none, "opening": 0.08}).to_string())
+        let told = json!({"t": t, "q": q, "dq": none, "tau": none, "opening": 0.08}).to_string();
+        Some(if request.get("step").is_some() { flaw(steps, told) } else { told })
     });
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     (connect(&place, "robot", &names).unwrap().arm, asked)
@@ -77,11 +89,98 @@ fn ctrl_c_brakes_within_the_limits_and_then_stops() {
     let asked = asked.lock().unwrap();
     assert_eq!(asked.iter().filter(|asked| is_stop(asked)).count(), 1);
     assert!(is_stop(asked.last().unwrap()));
-    // Before the stop the command has come to rest: its last steps are smaller than a hundredth of its largest.
-    let sent = sent(&asked);
+    assert_braked(&asked);
+}
+
+/// Before the stop the command has come to rest: its last step is smaller than a twentieth of its largest.
+fn assert_braked(asked: &[Value]) {
+    let sent = sent(asked);
     let steps: Vec<f64> = sent.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let largest = steps.iter().copied().fold(0.0, f64::max);
     assert!(largest > 1e-3 && steps.last().unwrap() < &(0.05 * largest), "{steps:?}");
+}
+
+/// The step of a motion that is answered badly: the arm is on its way.
+const BAD: usize = 150;
+
+fn refusal() -> String {
+    json!({"error": "motor 3 is too warm", "help": "let it cool"}).to_string()
+}
+
+/// An answer with a number that is none.
+fn unreal(told: &str) -> String {
+    told.replace(r#""opening":0.08"#, r#""opening":NaN"#)
+}
+
+/// `stop` was the first that came after it, to an arm that ran at 1.2 rad/s.
+#[test]
+fn an_arm_is_braked_after_one_answer_that_says_no() {
+    let robot = Robot::gen3();
+    let says_no = |step: usize, told: String| if step == BAD { refusal() } else { told };
+    let (mut arm, asked) = flawed(&robot, f64::INFINITY, says_no);
+    let error = arm.follow(&turned(&robot, 1.0), &Cancel::default(), &mut |_| {}).unwrap_err();
+    assert_eq!(error.to_string(), "the bridge refused `step`: motor 3 is too warm");
+    {
+        let asked = asked.lock().unwrap();
+        assert_eq!(asked.iter().filter(|asked| is_stop(asked)).count(), 1);
+        assert!(is_stop(asked.last().unwrap()));
+        assert_braked(&asked);
+    }
+    // The connection is as good as before.
+    assert!(!arm.is_lost());
+    arm.wait(0.01, &Cancel::default(), &mut |_| {}).unwrap();
+}
+
+#[test]
+fn an_arm_is_braked_after_one_answer_that_cannot_be() {
+    let robot = Robot::gen3();
+    let no_number = |step: usize, told: String| if step == BAD { unreal(&told) } else { told };
+    let (mut arm, asked) = flawed(&robot, f64::INFINITY, no_number);
+    let error = arm.follow(&turned(&robot, 1.0), &Cancel::default(), &mut |_| {}).unwrap_err();
+    assert_eq!(error.to_string(), "`opening` in the answer to `step` is no finite number");
+    // Then nothing more is asked.
+    assert!(arm.is_lost());
+    assert_eq!(arm.wait(0.01, &Cancel::default(), &mut |_| {}), Err(error));
+    let asked = asked.lock().unwrap();
+    assert_eq!(asked.iter().filter(|asked| is_stop(asked)).count(), 1);
+    assert!(is_stop(asked.last().unwrap()));
+    assert_braked(&asked);
+}
+
+/// Nor is there anything to brake with where every answer is bad.
+#[test]
+fn an_arm_is_stopped_at_once_after_a_second_bad_answer() {
+    let robot = Robot::gen3();
+    let all: [fn(&str) -> String; 2] = [|_| refusal(), unreal];
+    for bad in all {
+        let from_then =
+            move |step: usize, told: String| if step >= BAD { bad(&told) } else { told };
+        let (mut arm, asked) = flawed(&robot, f64::INFINITY, from_then);
+        let error = arm.follow(&turned(&robot, 1.0), &Cancel::default(), &mut |_| {}).unwrap_err();
+        assert!(error.to_string().contains("`step`"), "{error}");
+        let asked = asked.lock().unwrap();
+        assert_eq!(sent(&asked).len(), BAD + 1);
+        assert_eq!(asked.iter().filter(|asked| is_stop(asked)).count(), 1);
+        assert!(is_stop(asked.last().unwrap()));
+    }
+}
+
+/// What was wrong while the arm was braked for Ctrl-C had it stopped on its way.
+#[test]
+fn one_bad_answer_while_the_arm_is_braked_does_not_end_the_braking() {
+    let robot = Robot::gen3();
+    let says_no = |step: usize, told: String| if step == BAD + 5 { refusal() } else { told };
+    let (mut arm, asked) = flawed(&robot, f64::INFINITY, says_no);
+    let (cleared, cancel) = (turned(&robot, 1.0), Cancel::default());
+    let mut ticks = 0;
+    let error = arm.follow(&cleared, &cancel, &mut |_| {
+        ticks += 1;
+        if ticks == BAD {
+            cancel.cancel();
+        }
+    });
+    assert!(error.unwrap_err().to_string().contains("refused"));
+    assert_braked(&asked.lock().unwrap());
 }
 
 /// What ends only one motion is gone on from: nothing is sent but commands.
