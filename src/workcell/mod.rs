@@ -44,6 +44,7 @@ mod needs;
 mod now;
 mod outcome;
 mod perform;
+mod promises;
 mod roles;
 mod run;
 

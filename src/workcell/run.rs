@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::slice;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::arm::{Cancel, Weighing};
@@ -9,8 +10,8 @@ use crate::execution::decisions::DecisionLog;
 use crate::execution::error::ActionError;
 use crate::execution::reader::Reader;
 use crate::fluent::Reading;
-use crate::graph::{self, Condition, Graph};
-use crate::language::ast::{Call, ExprKind};
+use crate::graph::{self, Graph};
+use crate::language::ast::{Call, Expr, ExprKind};
 use crate::language::text;
 use crate::trace::{Event, Observer};
 use crate::world::WorldState;
@@ -19,6 +20,7 @@ use super::album::Album;
 use super::displaced::{ELSEWHERE, displaced};
 use super::filming::Filming;
 use super::matching::Matching;
+use super::promises::{self, Verdict};
 use super::record::Recorder;
 use super::{Ending, Error, Run, State, Water, WorkCell, wording};
 
@@ -210,7 +212,7 @@ impl WorkCell {
         judged
     }
 
-    /// Reads at the end what the call itself gives, with the scales' word on the water where there are
+    /// Judges at the end what the call and its parts promised, with the scales' word on the water where there are
     /// scales: a false promise makes the run a failure, one that nobody can judge leaves it unconfirmed, and only what
     /// is known to be true is reached.
     fn judge(
@@ -234,28 +236,28 @@ impl WorkCell {
         }
         let scene = self.model.cell.scene.clone();
         let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, start);
-        let root = &graph.root().path;
-        let truth = |given: &Condition| reader.read(&given.expr, &state).truth;
-        let given: Vec<_> = promises(run, root)
-            // What a part of the call made true may have been undone since, as it should; not what nobody knows any more,
-            // since a photograph does not show it.
-            .filter(|(given, after)| {
-                given.owner == *root
-                    || reader.read(&given.expr, after).truth.is_none()
-                    || truth(given).is_none()
-            })
-            .map(|(given, _)| given.clone())
-            .collect();
-        if let Some(broken) = reader.unmet(&given, &state) {
-            run.outcome = Ending::Failure;
-            run.reason = Some(wording::promise_broken(&broken));
-        } else if let Some(unknown) = given.iter().find(|given| truth(given).is_none()) {
-            run.outcome = Ending::Unconfirmed;
-            let Reading { unknown: why, margin, .. } = reader.read(&unknown.expr, &state);
-            let (promised, is_near) = (&unknown.text, margin.is_some());
-            run.reason = Some(wording::promise_unknown(promised, why.as_deref(), is_near));
+        let promises = promises::promises(run, &graph.root().path, &scene);
+        let truth = |expr: &Expr, state: &WorldState| reader.read(expr, state).truth;
+        let told = match promises::judge(&promises, &state, &truth) {
+            Verdict::Kept => None,
+            Verdict::Broken(condition) => {
+                let broken = reader.unmet(slice::from_ref(condition), &state);
+                broken.map(|broken| (Ending::Failure, wording::promise_broken(&broken)))
+            }
+            Verdict::Unknown(promise) => {
+                let (condition, is_past) = (&promise.condition, promise.is_past);
+                let at = if is_past { promise.after } else { &state };
+                let Reading { unknown: why, margin, .. } = reader.read(&condition.expr, at);
+                let is_near = margin.is_some() && !is_past;
+                let why = wording::promise_unknown(&condition.text, why.as_deref(), is_near);
+                Some((Ending::Unconfirmed, why))
+            }
+        };
+        run.reached = told.is_none();
+        if let Some((outcome, why)) = told {
+            run.outcome = outcome;
+            run.reason = Some(why);
         }
-        run.reached = given.iter().all(|given| truth(given) == Some(true));
         Ok(())
     }
 
@@ -292,22 +294,6 @@ impl WorkCell {
             measured_by: self.setup.robot_name.clone(),
         }
     }
-}
-
-/// What the call at `root` and the tasks that it is made of give, each with the world after the step that gave it.
-fn promises<'r>(
-    run: &'r Run,
-    root: &'r str,
-) -> impl Iterator<Item = (&'r Condition, &'r WorldState)> {
-    let steps = run.parse_graphs.last().map_or(&[][..], |pg| &pg.steps);
-    let is_of_call = move |owner: &str| {
-        owner == root || owner.rsplit_once('/').is_some_and(|(above, _)| above == root)
-    };
-    steps.iter().flat_map(move |step| {
-        let done = run.steps.iter().rev().find(|done| done.path == step.path);
-        let given = step.gives.iter().filter(move |given| is_of_call(&given.owner));
-        given.filter_map(move |given| Some((given, &done?.measured)))
-    })
 }
 
 /// A run under way: what it is of, what there is of it so far, and where it is kept.
