@@ -30,12 +30,14 @@ fn acting(command: &str) -> Vec<&'static str> {
         "emulate" => &[&["seed", "scene", "stdlib", "lab"]],
         "graph" => &[&["scene", "stdlib", "robot", "record", "explore"]],
         "learn" => &[&["robot", "record", "stdlib"]],
-        "gap" | "doc" | "say" | "check" => &[&["scene", "stdlib"]],
+        "gap" => &[&["record", "scene", "stdlib"]],
+        "doc" | "say" | "check" => &[&["scene", "stdlib"]],
         "lsp" | "vqa probe" => &[&["stdlib"]],
         "lab hide" => &[&["seed", "stdlib", "lab"]],
         "robot plan" => &[&["seed", "motion"]],
         "vqa eval" | "robot ik" => &[&["seed"]],
-        "runs" | "replay" | "report" | "vqa label" => &[&["record"]],
+        "replay" | "runs show" => &[&["record", "verbose"]],
+        "runs" | "runs ls" | "runs diff" | "runs export" | "report" | "vqa label" => &[&["record"]],
         "export" => &[&["record", "scene", "stdlib"]],
         "marks" | "camera see" | "scene from" | "align hand-eye" => &[&["scene"]],
         _ => &[],
@@ -81,4 +83,39 @@ pub(super) fn without_effect(command: &Command, given: &ArgMatches) -> Vec<Strin
     let name = |arg: &Arg| format!("--{}", arg.get_long().unwrap_or_default());
     let useless = command.get_arguments().filter(is_given).filter(|arg| arg.get_id() != "seed");
     useless.map(|arg| format!("note: {} does nothing in `trueup {words}`", name(arg))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::guide;
+    use super::*;
+
+    /// Returns what the help of a command says of itself and of its own arguments.
+    fn told_of(command: &Command) -> String {
+        let own = command.get_arguments().filter(|arg| !arg.is_global_set());
+        let helps = own.flat_map(|arg| [arg.get_help(), arg.get_long_help()]);
+        let all = helps.chain([command.get_about(), command.get_long_about()]);
+        all.flatten().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+    }
+
+    fn what_is_named_acts(command: &Command, words: &str) {
+        let told = told_of(command);
+        let parts = told.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
+        let named: Vec<&str> = parts.filter_map(|part| part.strip_prefix("--")).collect();
+        let acting = acting(words);
+        for arg in command.get_arguments().filter(|arg| is_shared(arg)) {
+            let is_named = arg.get_long().is_some_and(|long| named.contains(&long));
+            let id = arg.get_id().as_str();
+            assert!(!is_named || acting.contains(&id), "`{words}` speaks of {id}");
+        }
+        for own in command.get_subcommands() {
+            what_is_named_acts(own, format!("{words} {}", own.get_name()).trim_start());
+        }
+    }
+
+    /// `runs show 1 --record DIR` used the folder, and noted that the option does nothing.
+    #[test]
+    fn a_shared_option_acts_wherever_help_speaks_of_it() {
+        what_is_named_acts(&guide::offering(), "");
+    }
 }

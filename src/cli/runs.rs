@@ -21,11 +21,13 @@ pub(super) struct RunsArgs {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// List them, the oldest first.
+    /// List those in the folder of `--record`, the oldest first.
+    #[command(visible_alias = "list")]
     Ls,
     /// Tell one again, as `replay` does.
     Show(ReplayArgs),
     /// Say what was different in two.
+    #[command(visible_alias = "compare")]
     Diff(DiffArgs),
     /// Write one as a page, as `report` does.
     Export(ReportArgs),

@@ -103,6 +103,29 @@ fn an_option_without_effect_is_noted() {
     assert_eq!((seeded.code, seeded.err.as_str()), (0, ""), "every command takes a seed");
 }
 
+/// `runs ls --record DIR` used the folder, and noted that the option does nothing; `runs list`, as its help has it, was no command.
+#[test]
+fn a_folder_of_runs_is_heeded_and_not_noted() {
+    let scratch = Scratch::new("cli-help-record");
+    for args in [
+        &["runs"][..],
+        &["runs", "ls"],
+        &["runs", "list"],
+        &["runs", "show", "1"],
+        &["runs", "diff", "1", "2"],
+        &["runs", "compare", "1", "2"],
+        &["runs", "export", "1"],
+        &["replay", "1"],
+        &["gap", "1", "2"],
+    ] {
+        let told = scratch.trueup(&[args, &["--record", "."]].concat());
+        assert!(!told.err.contains("does nothing"), "{args:?}: {}", told.err);
+        assert!(!told.err.contains("unrecognized"), "{args:?}: {}", told.err);
+    }
+    let listed = scratch.trueup(&["runs", "list", "--record", "."]);
+    assert_eq!(listed.code, scratch.trueup(&["runs", "ls", "--record", "."]).code);
+}
+
 #[test]
 fn a_topic_is_told_by_itself_and_below_the_command() {
     let scratch = Scratch::new("cli-help-topics");

@@ -39,8 +39,8 @@ const HOLDOUT: f64 = 0.33;
 #[derive(Debug, Clone, Args)]
 pub(super) struct GapArgs {
     /// Recordings (CSV, or ROS 2 bags in MCAP, as a file or as the folder that `ros2 bag record` writes), run folders,
-    /// numbers of runs, folders of runs, or tables of points and their pixels (`x[m],y[m],z[m],u[px],v[px],view`); of
-    /// several, the last is held out.
+    /// numbers of runs in the folder of `--record`, folders of runs, or tables of points and their pixels
+    /// (`x[m],y[m],z[m],u[px],v[px],view`); of several, the last is held out.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// The model to correct: a `.task` file with a `twin` or a `model`.
