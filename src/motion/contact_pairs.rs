@@ -10,18 +10,11 @@ use super::body::Body;
 use super::descent::random_configuration;
 use super::distance::distance_or_overlap;
 use super::posture::{Solids, are_apart};
-use super::robot::{Motion, Robot};
+use super::robot::Robot;
 
 /// Numbers the sets of links that are rigidly joined, link by link.
 pub(super) fn rigid_sets(robot: &Robot) -> Vec<usize> {
-    let mut set = vec![0; robot.links.len()];
-    for (at, link) in robot.links.iter().enumerate() {
-        set[at] = match link.parent {
-            Some(parent) if link.joint.motion == Motion::Fixed => set[parent],
-            _ => at,
-        };
-    }
-    set
+    (0..robot.links.len()).map(|link| robot.carrier(link)).collect()
 }
 
 /// Returns the pairs that are checked of parts that move with these links.

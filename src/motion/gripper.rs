@@ -24,21 +24,15 @@ impl Robot {
         (0..self.links.len()).filter(move |&link| slides(&self.links[link].joint))
     }
 
+    /// Returns the indices of the links that slide with the gripper's opening, and of what is fixed to them.
+    fn fingers(&self) -> impl Iterator<Item = usize> {
+        let jaws: Vec<usize> = self.jaws().collect();
+        (0..self.links.len()).filter(move |&link| jaws.contains(&self.carrier(link)))
+    }
+
     /// Returns the names of the links that slide with the gripper's opening, and of what is fixed to them.
     pub fn jaw_links(&self) -> impl Iterator<Item = &str> {
-        let jaws: Vec<usize> = self.jaws().collect();
-        let is_jaw = move |link: usize| {
-            let mut at = link;
-            while let (Motion::Fixed, Some(parent)) =
-                (self.links[at].joint.motion, self.links[at].parent)
-            {
-                at = parent;
-            }
-            jaws.contains(&at)
-        };
-        (0..self.links.len())
-            .filter(move |&link| is_jaw(link))
-            .map(|link| self.links[link].name.as_str())
+        self.fingers().map(|link| self.links[link].name.as_str())
     }
 
     /// Returns the palm: the foremost face of what carries the jaws; `None` without jaws or a tool.
@@ -54,23 +48,29 @@ impl Robot {
         faces.max_by(|a, b| a.z.total_cmp(&b.z))
     }
 
-    /// Returns the corners of boxes that hold the fingers, m in the frame of the tool, with so many m between the pads; none
-    /// without jaws or a tool.
-    pub fn finger_corners(&self, opening: f64) -> Vec<Vector3<f64>> {
+    /// Returns the boxes that hold the fingers' solids, their centres and half extents along the axes of the tool's frame, m, with so
+    /// many m between the pads; none without jaws or a tool.
+    fn finger_boxes(&self, opening: f64) -> Vec<(Vector3<f64>, Vector3<f64>)> {
         let Some(tool) = self.tool else { return Vec::new() };
         let Ok(poses) = self.link_poses(&vec![0.0; self.n_joints()], opening) else {
             return Vec::new();
         };
         let tool_from_base = poses[tool].inverse();
-        let fingers: Vec<&str> = self.jaw_links().collect();
-        let links = (0..self.links.len()).filter(|at| fingers.contains(&&*self.links[*at].name));
-        let boxes = links.flat_map(|link| {
+        let mut boxes = Vec::new();
+        for link in self.fingers() {
             let tool_from_link = tool_from_base * poses[link];
             let solids = self.links[link].collision.iter();
-            solids.map(move |placed| extents(&(tool_from_link * placed.pose), &placed.solid))
-        });
-        let signs = [-1.0, 1.0];
+            boxes.extend(solids.map(|part| extents(&(tool_from_link * part.pose), &part.solid)));
+        }
         boxes
+    }
+
+    /// Returns the corners of boxes that hold the fingers, m in the frame of the tool, with so many m between the pads; none
+    /// without jaws or a tool.
+    pub fn finger_corners(&self, opening: f64) -> Vec<Vector3<f64>> {
+        let signs = [-1.0, 1.0];
+        self.finger_boxes(opening)
+            .into_iter()
             .flat_map(|(centre, half)| {
                 signs.into_iter().flat_map(move |x| {
                     signs.into_iter().flat_map(move |y| {
@@ -82,20 +82,11 @@ impl Robot {
             .collect()
     }
 
-    /// Returns how far the fingertips reach past the tool centre point along the tool's z, m; `None` without jaws
-    /// or a tool.
+    /// Returns how far the fingertips reach past the tool centre point along the tool's z, m; `None` without a tool or
+    /// fingers that have a shape.
     pub fn fingers_ahead(&self) -> Option<f64> {
-        let tool = self.tool?;
-        let poses = self.link_poses(&vec![0.0; self.n_joints()], self.max_opening).ok()?;
-        let tool_from_base = poses[tool].inverse();
-        let tips = self.jaws().flat_map(|jaw| {
-            let tool_from_jaw = tool_from_base * poses[jaw];
-            self.links[jaw].collision.iter().map(move |placed| {
-                let (centre, along) = extents(&(tool_from_jaw * placed.pose), &placed.solid);
-                centre.z + along.z
-            })
-        });
-        tips.max_by(f64::total_cmp)
+        let boxes = self.finger_boxes(self.max_opening).into_iter();
+        boxes.map(|(centre, half)| centre.z + half.z).max_by(f64::total_cmp)
     }
 }
 

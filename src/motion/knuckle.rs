@@ -131,10 +131,7 @@ impl Robot {
     /// Returns how far a pad and all that is fixed to it reach along a direction, m.
     fn face(&self, pad: usize, poses: &[Isometry3<f64>], along: &Unit<Vector3<f64>>) -> f64 {
         let solids = (pad..self.links.len())
-            .filter(|&link| {
-                let moves = |at: &usize| self.links[*at].joint.motion != Motion::Fixed;
-                self.above(link).find(moves) == Some(pad)
-            })
+            .filter(|&link| self.carrier(link) == pad)
             .flat_map(|link| self.links[link].collision.iter().map(move |solid| (link, solid)));
         let reach = solids.map(|(link, placed)| {
             let pose = poses[link] * placed.pose;

@@ -332,6 +332,18 @@ impl Robot {
         })
     }
 
+    /// Returns the link whose joint moves this one: itself, or what it is fixed to, through however many links; the root
+    /// where no joint does.
+    pub fn carrier(&self, link: usize) -> usize {
+        let mut at = link;
+        while let (Motion::Fixed, Some(parent)) =
+            (self.links[at].joint.motion, self.links[at].parent)
+        {
+            at = parent;
+        }
+        at
+    }
+
     /// Returns a pose the side file names (`home`, `retract`, `zero`), rad, and m for what slides.
     ///
     /// # Errors

@@ -255,3 +255,29 @@ fn a_tool_point_needs_no_link_of_the_urdf() {
     let wrong = side.replace("0.13", "inf");
     assert!(Robot::from_urdf_with(&knuckles(), &wrong, Some("hand")).is_err());
 }
+
+/// A 2F-140 whose pads are links fixed to fingers without a shape had fingertips 0 mm ahead, and every tool point was refused.
+#[test]
+fn pads_fixed_to_a_finger_without_a_shape_are_its_fingertips() {
+    let side = "tool = { link = \"hand\", xyz_m = [0.0, 0.0, 0.13], rpy_deg = [0.0, 0.0, 0.0] }";
+    let mut text = knuckles();
+    let whole = Robot::from_urdf_with(&text, side, Some("hand")).unwrap();
+    for of in ["left", "right"] {
+        let nail = format!(
+            r#"<link name="{of}_tip"/><joint name="{of}_nail_joint" type="fixed"><parent link="{of}_tip"/><child link="{of}_nail"/></joint>
+            <link name="{of}_nail"><inertial>"#
+        );
+        text = text.replace(&format!("<link name=\"{of}_tip\"><inertial>"), &nail);
+    }
+    let parted = Robot::from_urdf_with(&text, side, Some("hand")).unwrap();
+    let jaws: Vec<&str> = parted.jaw_links().collect();
+    assert_eq!(jaws, ["left_tip", "right_tip", "left_nail", "right_nail"]);
+    // Half open the knuckle is at a = 0.425 rad: 0.0549 + 0.03716 sin(a) + 0.04342 cos(a) + 0.051 m from the hand.
+    for robot in [&whole, &parted] {
+        let ahead = robot.fingers_ahead().unwrap();
+        assert!((ahead - 0.0308).abs() < 2e-4, "{ahead} m");
+    }
+    let (a, b) = (whole.finger_corners(0.02), parted.finger_corners(0.02));
+    assert_eq!((a.len(), b.len()), (16, 16));
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).norm() < 1e-12));
+}

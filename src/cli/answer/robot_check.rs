@@ -307,7 +307,7 @@ impl List<'_> {
             self.wrong(kind, "no tool centre point", write);
             return;
         };
-        let rigid = rigid_root(robot, tool) == rigid_root(robot, robot.tip());
+        let rigid = robot.carrier(tool) == robot.carrier(robot.tip());
         let at = robot.flange_from_tool().origin();
         let found = format!("{:.0} mm from {tip}", 1e3 * at.norm());
         if !rigid {
@@ -434,17 +434,6 @@ fn over_table(robot: &Robot, doubt: f64) -> CollisionWorld<'_> {
     world
 }
 
-/// Returns the link whose joint moves what this link is fixed to.
-fn rigid_root(robot: &Robot, link: usize) -> usize {
-    let mut at = link;
-    while let (Motion::Fixed, Some(parent)) =
-        (robot.links()[at].joint.motion, robot.links()[at].parent)
-    {
-        at = parent;
-    }
-    at
-}
-
 /// Returns the parts that `q` or the opening moves, as links that are fixed to each other; the first is the one with
 /// the joint.
 fn bodies(robot: &Robot) -> Vec<Vec<usize>> {
@@ -455,9 +444,7 @@ fn bodies(robot: &Robot) -> Vec<Vec<usize>> {
     };
     let all = 0..robot.links().len();
     let roots = all.clone().filter(|&link| moves(link));
-    roots
-        .map(|root| all.clone().filter(|&link| rigid_root(robot, link) == root).collect())
-        .collect()
+    roots.map(|root| all.clone().filter(|&link| robot.carrier(link) == root).collect()).collect()
 }
 
 #[cfg(test)]
