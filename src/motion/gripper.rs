@@ -9,6 +9,8 @@ use super::solid::Solid;
 /// The flat of the hand between the jaws, seen from the tool centre point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Palm {
+    /// The index of the link that has it.
+    pub link: usize,
     /// Where it is along the tool's z, m; negative, since it lies behind.
     pub z: f64,
     /// Half its extent along the tool's y, m.
@@ -35,17 +37,30 @@ impl Robot {
         self.fingers().map(|link| self.links[link].name.as_str())
     }
 
-    /// Returns the palm: the foremost face of what carries the jaws; `None` without jaws or a tool.
+    /// Returns the palm: the foremost face of what carries the jaws; `None` without jaws, a tool, or a face. That is the link they
+    /// slide on, and of all that is rigidly joined to it what lies between the jaws: a camera beside them is no palm.
     pub fn palm(&self) -> Option<Palm> {
         let tool = self.tool?;
-        let hand = self.links[self.jaws().next()?].parent?;
+        let hand = self.hand()?;
         let poses = self.link_poses(&vec![0.0; self.n_joints()], 0.0).ok()?;
-        let tool_from_hand = poses[tool].inverse() * poses[hand];
-        let faces = self.links[hand].collision.iter().map(|placed| {
-            let (centre, along) = extents(&(tool_from_hand * placed.pose), &placed.solid);
-            Palm { z: centre.z + along.z, half_height: centre.y.abs() + along.y }
+        let tool_from_base = poses[tool].inverse();
+        let body = self.carrier(hand);
+        let joined = (0..self.links.len()).filter(|&link| self.carrier(link) == body);
+        let faces = joined.flat_map(|link| {
+            let tool_from_link = tool_from_base * poses[link];
+            self.links[link].collision.iter().filter_map(move |placed| {
+                let (centre, half) = extents(&(tool_from_link * placed.pose), &placed.solid);
+                let is_between = centre.x.abs() <= half.x && centre.y.abs() <= half.y;
+                let (z, half_height) = (centre.z + half.z, centre.y.abs() + half.y);
+                (link == hand || is_between).then_some(Palm { link, z, half_height })
+            })
         });
         faces.max_by(|a, b| a.z.total_cmp(&b.z))
+    }
+
+    /// Returns the index of the link that the jaws slide on, if there are jaws.
+    pub fn hand(&self) -> Option<usize> {
+        self.jaws().next().and_then(|jaw| self.links[jaw].parent)
     }
 
     /// Returns the boxes that hold the fingers' solids, their centres and half extents along the axes of the tool's frame, m, with so

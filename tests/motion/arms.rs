@@ -281,3 +281,48 @@ fn pads_fixed_to_a_finger_without_a_shape_are_its_fingertips() {
     assert_eq!((a.len(), b.len()), (16, 16));
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).norm() < 1e-12));
 }
+
+/// A hand whose body and pads are links of their own, with a camera beside them.
+#[test]
+fn the_palm_is_what_lies_between_the_jaws_of_all_that_is_fixed_to_the_hand() {
+    let boxed = |name: &str, at: &str, size: &str| {
+        format!(
+            r#"<link name="{name}"><collision><origin xyz="{at}"/><geometry><box size="{size}"/></geometry></collision></link>"#
+        )
+    };
+    let fixed = |parent: &str, child: &str| {
+        format!(
+            r#"<joint name="{child}_joint" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>"#
+        )
+    };
+    let slide = |side: &str, sign: &str, mimic: &str| {
+        format!(
+            r#"<link name="{side}"/><joint name="{side}_joint" type="prismatic"><parent link="hand"/><child link="{side}"/><axis xyz="{sign}1 0 0"/>
+            <limit lower="0" upper="0.04" velocity="1" effort="9"/>{mimic}</joint>"#
+        )
+    };
+    let text = [
+        r#"<robot name="g"><link name="base"/><link name="hand"/>
+        <joint name="j" type="revolute"><parent link="base"/><child link="hand"/><axis xyz="0 0 1"/>
+          <limit lower="-3" upper="3" velocity="1" effort="9"/></joint>"#
+            .to_owned(),
+        boxed("body", "0 0 0.045", "0.08 0.06 0.09"),
+        boxed("camera", "0 0.06 0.1", "0.03 0.03 0.03"),
+        slide("left", "", ""),
+        slide("right", "-", r#"<mimic joint="left_joint"/>"#),
+        boxed("left_pad", "0.005 0 0.15", "0.01 0.02 0.05"),
+        boxed("right_pad", "-0.005 0 0.15", "0.01 0.02 0.05"),
+        fixed("hand", "body"),
+        fixed("hand", "camera"),
+        fixed("left", "left_pad"),
+        fixed("right", "right_pad"),
+        "</robot>".to_owned(),
+    ];
+    let side = "tool = { link = \"hand\", xyz_m = [0.0, 0.0, 0.15], rpy_deg = [0.0, 0.0, 0.0] }";
+    let robot = Robot::from_urdf_with(&text.concat(), side, Some("hand")).unwrap();
+    // The body ends 0.09 m from the hand, the camera 0.115 m and the pads 0.175 m.
+    assert!((robot.fingers_ahead().unwrap() - 0.025).abs() < 1e-12);
+    let palm = robot.palm().unwrap();
+    assert_eq!(robot.links()[palm.link].name, "body");
+    assert!((palm.z + 0.06).abs() < 1e-12 && (palm.half_height - 0.03).abs() < 1e-12, "{palm:?}");
+}

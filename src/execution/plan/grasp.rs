@@ -239,11 +239,11 @@ impl Planner {
         }
     }
 
-    /// Returns the name of the link that carries the jaws.
+    /// Returns the name of the link that has the palm, or that carries the jaws where none has a face.
     fn palm_link(&self) -> &str {
         let robot = self.robot();
-        let hand = robot.jaws().next().and_then(|jaw| robot.links()[jaw].parent);
-        hand.map_or("", |hand| &robot.links()[hand].name)
+        let link = robot.palm().map(|palm| palm.link).or_else(|| robot.hand());
+        link.map_or("", |link| &robot.links()[link].name)
     }
 
     /// Draws a grasp back until the palm stays clear of the object; `None` when the fingers are too short.
