@@ -205,6 +205,37 @@ fn mistakes_are_told_with_their_place() {
     }
 }
 
+/// The help named `--map` alone, where the arm's file counts its gripper as one more joint.
+#[test]
+fn a_recording_that_ends_before_the_gripper_is_told_the_tip_that_would_do() {
+    let scratch = Scratch::new("cli-gap-tip");
+    let joint = |n: usize| {
+        format!(
+            r#"<link name="link_{n}"/><joint name="joint_{n}" type="revolute"><parent link="link_{}"/><child link="link_{n}"/>
+            <origin xyz="0 0 0.2"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" velocity="1" effort="9"/></joint>"#,
+            n - 1
+        )
+    };
+    let joints: String = (1..=3).map(joint).collect();
+    scratch.file("arm.urdf", format!(r#"<robot name="arm"><link name="link_0"/>{joints}</robot>"#));
+    let rows = (0..20).fold(String::new(), |all, k| format!("{all}{k}{}\n", ",0".repeat(4)));
+    scratch.file("two.csv", format!("t[s],q_1[rad],q_2[rad],tau_1[N*m],tau_2[N*m]\n{rows}"));
+    let told = |sidecar: &str| {
+        scratch.file("two.json", sidecar);
+        let said = scratch.trueup(&["gap", "two.csv", "--json"]);
+        assert_eq!(said.code, 2, "{}", said.out);
+        let answer: Value = serde_json::from_str(&said.out).unwrap();
+        answer["error"].to_string()
+    };
+    let error = told(r#"{"robot": "arm.urdf"}"#);
+    assert!(error.contains("no column `q_3`"), "{error}");
+    assert!(error.contains("before the joint joint_3"), "{error}");
+    assert!(error.contains(r#"`\"tip\": \"link_2\"`"#), "{error}");
+    assert!(error.contains("`--map 'THEIRS=q_3[rad]'`"), "{error}");
+    let error = told(r#"{"robot": "arm.urdf", "tip": "link_2"}"#);
+    assert!(!error.contains("q_3"), "{error}");
+}
+
 /// It was told that there is no such robot, after a note that the option does nothing, and to name it otherwise last.
 #[test]
 fn a_robots_file_under_the_wrong_option_is_told_under_which_once() {

@@ -145,9 +145,15 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     }
     let is_assumed =
         kind != Kind::Pours && args.robot_file.is_none() && recordings[0].sidecar.robot.is_none();
+    let arm = match subject {
+        Subject::Arm(robot, _) | Subject::Held(robot, ..) => Some(robot),
+        Subject::Pours(..) => None,
+    };
     let mut investigation = finding.map_err(|error| {
-        let other = is_assumed.then(|| of_another_arm(&error, &recordings)).flatten();
-        other.unwrap_or_else(|| failure(&error))
+        let told = fewer_joints(&error, &recordings).and_then(|fewer| {
+            if is_assumed { Some(of_another_arm(&fewer)) } else { of_a_shorter_chain(arm?, &fewer) }
+        });
+        told.unwrap_or_else(|| failure(&error))
     })?;
     if is_assumed {
         let assumed = "no robot is named; the Gen3 of the stdlib is assumed (`--robot-file URDF` names another)";
@@ -395,17 +401,38 @@ fn bar(style: Style) -> Option<ProgressBar> {
     Some(ProgressBar::new(100).with_style(look.unwrap_or_else(|_| ProgressStyle::default_bar())))
 }
 
-/// Words a mistake in a recording.
-/// Says that the Gen3 was assumed, where the columns are those of an arm with fewer joints.
-fn of_another_arm(error: &recording::Error, recordings: &[Recording]) -> Option<Failure> {
-    let Some(Flaw::NoColumn { name, .. }) = error.flaw() else { return None };
-    let (stem, number) = name.rsplit_once('_')?;
+/// A recording with the columns of fewer joints than its robot has.
+struct FewerJoints<'a> {
+    /// What was found missing.
+    error: &'a recording::Error,
+    /// The first column that is.
+    column: &'a str,
+    recording: &'a Recording,
+    /// Whether its sidecar is the one that says where the robot's chain ends.
+    is_first: bool,
+    /// How many joints have columns.
+    joints: usize,
+}
+
+/// Returns whether a column is missing because all joints from there on have none.
+fn fewer_joints<'a>(
+    error: &'a recording::Error,
+    recordings: &'a [Recording],
+) -> Option<FewerJoints<'a>> {
+    let Some(Flaw::NoColumn { name: column, .. }) = error.flaw() else { return None };
+    let (stem, number) = column.rsplit_once('_')?;
     let missing: usize = number.parse().ok()?;
-    let recording = recordings.iter().find(|recording| error.place.starts_with(&recording.name))?;
+    let at = recordings.iter().position(|other| error.place.starts_with(&other.name))?;
+    let (recording, is_first, column) = (&recordings[at], at == 0, column.as_str());
     let joints = recording.group_len(stem);
-    if joints == 0 || joints + 1 != missing {
-        return None;
-    }
+    let goes_on = recording.has(&format!("{stem}_{}", missing + 1));
+    let is_fewer = joints > 0 && joints + 1 == missing && !goes_on;
+    is_fewer.then_some(FewerJoints { error, column, recording, is_first, joints })
+}
+
+/// Says that the Gen3 was assumed, where the columns are those of an arm with fewer joints.
+fn of_another_arm(fewer: &FewerJoints<'_>) -> Failure {
+    let (name, joints) = (fewer.column, fewer.joints);
     let message = format!(
         "the columns are of an arm with {joints} joint{}, and no robot is named, so that the Gen3 with {} joints was assumed",
         if joints == 1 { "" } else { "s" },
@@ -414,7 +441,24 @@ fn of_another_arm(error: &recording::Error, recordings: &[Recording]) -> Option<
     let help = format!(
         "name the arm's file with `--robot-file URDF`; if `{name}` is there under another name, `--map 'THEIRS={name}'` renames it"
     );
-    Some(Failure::input("gap::robot", message).at(recording.name.as_str()).help(help))
+    Failure::input("gap::robot", message).at(fewer.recording.name.as_str()).help(help)
+}
+
+/// Says how the robot's chain is ended where the columns do, as before a gripper that its file counts as a joint.
+fn of_a_shorter_chain(robot: &Robot, fewer: &FewerJoints<'_>) -> Option<Failure> {
+    // Where the others have columns, it is this one that lacks them.
+    if !fewer.is_first || fewer.recording.group_len("q") > fewer.joints {
+        return None;
+    }
+    let last = robot.joints().get(fewer.joints.checked_sub(1)?)?;
+    let next = robot.joints().get(fewer.joints)?;
+    let (end, from) = (&robot.links()[last.link].name, &next.name);
+    let help = format!(
+        "if the recording ends before the joint {from}, as before a gripper, name the link where it ends in the JSON file beside it: \
+         `\"tip\": \"{end}\"`; otherwise {}",
+        fewer.error.help
+    );
+    Some(failure(fewer.error).help(help))
 }
 
 /// Refuses to judge on the recording that was fitted.
