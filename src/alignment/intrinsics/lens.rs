@@ -5,12 +5,16 @@
 //! A lens that shows one place of the scene twice inside the picture is taken only where nothing else fits nearly
 //! as well, and a fisheye only where the evidence for it is very strong: a barrel is bent by either.
 //!
+//! A term that is not paid for is small, not nothing, and moves the others: the doubt that is said includes what the choices
+//! beside it say, each weighed by Akaike's criterion, which asks how well it predicts rather than whether it is true.
+//!
 //! Source: Schwarz, "Estimating the dimension of a model", Annals of Statistics 1978; Kass and Raftery, "Bayes
-//! factors", JASA 1995.
+//! factors", JASA 1995; Burnham and Anderson, *Model Selection and Multimodel Inference*, 2002, §4.3 (the doubt).
 
-use nalgebra::Vector2;
+use nalgebra::{SMatrix, SVector, Vector2};
 
 use super::{Calibration, Distortion, Error, Options, View, calibrate, coverage};
+use crate::alignment::reprojection::INTRINSIC;
 use crate::world::{Intrinsics, LensModel, Pixel};
 
 /// One choice of terms beside the others.
@@ -58,7 +62,42 @@ pub fn choose(views: &[View], options: &Options) -> Result<(Calibration, Vec<Com
     let Some(chosen) = best(&compared) else {
         return Err(refused.unwrap_or(Error::Degenerate { model: "the lens", free: 1 }));
     };
-    Ok((fits.swap_remove(chosen).1, compared))
+    let covariance = covariance(&fits, chosen);
+    let mut fit = fits.swap_remove(chosen).1;
+    fit.covariance = covariance;
+    fit.std = std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt());
+    Ok((fit, compared))
+}
+
+/// Returns the covariance of what the chosen terms leave to be fitted, about the chosen values, with the doubt which terms the
+/// lens has: what each choice that means the same says of them, and how far it is from them.
+fn covariance(
+    fits: &[(Compared, Calibration)],
+    chosen: usize,
+) -> SMatrix<f64, INTRINSIC, INTRINSIC> {
+    let (own, fit) = &fits[chosen];
+    let beside = || {
+        fits.iter().filter(|(other, _)| {
+            let is_like = other.distortion.model() == own.distortion.model();
+            is_like && (other.is_one_to_one || !own.is_one_to_one)
+        })
+    };
+    let most = beside().map(|(of, fit)| support(fit, of.distortion)).fold(f64::MIN, f64::max);
+    let (mut weights, mut sum) = (0.0, SMatrix::<f64, INTRINSIC, INTRINSIC>::zeros());
+    for (of, other) in beside() {
+        let weight = (support(other, of.distortion) - most).exp();
+        let off = numbers(&other.intrinsics) - numbers(&fit.intrinsics);
+        sum += (other.covariance + off * off.transpose()) * weight;
+        weights += weight;
+    }
+    let is_fitted =
+        SVector::<f64, INTRINSIC>::from_fn(|i, _| f64::from(u8::from(fit.std[i] > 0.0)));
+    (sum / weights).component_mul(&(is_fitted * is_fitted.transpose()))
+}
+
+/// What is inside a camera in the order of [`super::NAMES`].
+fn numbers(k: &Intrinsics) -> SVector<f64, INTRINSIC> {
+    [k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2, k.p1, k.p2, k.k3, k.k4].into()
 }
 
 /// Which choice it is.
@@ -94,12 +133,29 @@ const STRONG: f64 = 5.0;
 /// Residuals below this are rounding, px: without noise all choices that hold the truth fit alike.
 const ROUNDING: f64 = 1e-6;
 
+/// `-BIC/2`.
 fn evidence(fit: &Calibration, distortion: Distortion) -> f64 {
-    let n = 2.0 * fit.residuals.iter().map(Vec::len).sum::<usize>() as f64;
+    log_likelihood(fit) - 0.5 * terms(distortion) * numbers_seen(fit).ln()
+}
+
+/// `-AIC/2`.
+fn support(fit: &Calibration, distortion: Distortion) -> f64 {
+    log_likelihood(fit) - terms(distortion)
+}
+
+/// Of the residuals, but for a constant.
+fn log_likelihood(fit: &Calibration) -> f64 {
     // Per coordinate; the other parameters are the same for all choices.
     let variance = 0.5 * fit.rms_px.max(ROUNDING).powi(2);
-    let terms = distortion.terms().iter().filter(|is_fitted| **is_fitted).count() as f64;
-    -0.5 * (n * variance.ln() + terms * n.ln())
+    -0.5 * numbers_seen(fit) * variance.ln()
+}
+
+fn numbers_seen(fit: &Calibration) -> f64 {
+    2.0 * fit.residuals.iter().map(Vec::len).sum::<usize>() as f64
+}
+
+fn terms(distortion: Distortion) -> f64 {
+    distortion.terms().iter().filter(|is_fitted| **is_fitted).count() as f64
 }
 
 /// Whether the lens can be undone at the picture's corners, or, where its size is not known, at every point seen.
