@@ -13,12 +13,19 @@ pub struct Patient {
     left_out: f64,
     /// The time that is told while it stands still, s.
     standing: Option<f64>,
+    /// What was told last.
+    last: Option<Feedback>,
 }
 
 impl Patient {
     /// Has more patience with this arm.
     pub fn new(arm: Box<dyn Arm>) -> Self {
-        Self { arm, left_out: 0.0, standing: None }
+        Self { arm, left_out: 0.0, standing: None, last: None }
+    }
+
+    /// Returns what the arm said of itself last, without asking it.
+    pub fn last(&self) -> Option<&Feedback> {
+        self.last.as_ref()
     }
 
     /// Stops its time, or lets it go on.
@@ -31,10 +38,16 @@ impl Patient {
         Ok(())
     }
 
-    /// Runs a watcher on this arm's time.
-    fn shifted(left_out: f64, watch: &mut dyn FnMut(&Feedback)) -> impl FnMut(&Feedback) {
+    /// Runs a watcher on this arm's time, and keeps what was told in `last`.
+    fn shifted(
+        left_out: f64,
+        last: &mut Option<Feedback>,
+        watch: &mut dyn FnMut(&Feedback),
+    ) -> impl FnMut(&Feedback) {
         move |feedback| {
-            watch(&Feedback { time: feedback.time - left_out, ..feedback.clone() });
+            let told = Feedback { time: feedback.time - left_out, ..feedback.clone() };
+            watch(&told);
+            *last = Some(told);
         }
     }
 }
@@ -43,7 +56,9 @@ impl Arm for Patient {
     fn feedback(&mut self) -> Result<Feedback, DeviceError> {
         let feedback = self.arm.feedback()?;
         let time = self.standing.unwrap_or(feedback.time - self.left_out);
-        Ok(Feedback { time, ..feedback })
+        let told = Feedback { time, ..feedback };
+        self.last = Some(told.clone());
+        Ok(told)
     }
 
     fn follow(
@@ -52,7 +67,8 @@ impl Arm for Patient {
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
-        self.arm.follow(trajectory, cancel, &mut Self::shifted(self.left_out, watch))
+        let watch = &mut Self::shifted(self.left_out, &mut self.last, watch);
+        self.arm.follow(trajectory, cancel, watch)
     }
 
     fn led_every(&self) -> Option<f64> {
@@ -69,7 +85,7 @@ impl Arm for Patient {
         let mut leader = |feedback: &Feedback| {
             leader(&Feedback { time: feedback.time - left_out, ..feedback.clone() })
         };
-        self.arm.lead(&mut leader, cancel, &mut Self::shifted(left_out, watch))
+        self.arm.lead(&mut leader, cancel, &mut Self::shifted(left_out, &mut self.last, watch))
     }
 
     fn grip(
@@ -78,7 +94,7 @@ impl Arm for Patient {
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<Grip, DeviceError> {
-        self.arm.grip(grip, cancel, &mut Self::shifted(self.left_out, watch))
+        self.arm.grip(grip, cancel, &mut Self::shifted(self.left_out, &mut self.last, watch))
     }
 
     fn send_fingers(&mut self, grip: &ClearedGrip, after: f64) -> Result<(), DeviceError> {
@@ -91,7 +107,7 @@ impl Arm for Patient {
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
-        self.arm.wait(seconds, cancel, &mut Self::shifted(self.left_out, watch))
+        self.arm.wait(seconds, cancel, &mut Self::shifted(self.left_out, &mut self.last, watch))
     }
 
     fn stop(&mut self) {
@@ -181,6 +197,7 @@ mod tests {
         let mut seen = 0.0;
         arm.wait(1.0, &Cancel::default(), &mut |feedback| seen = feedback.time).unwrap();
         assert_eq!(seen as i32, 4, "whoever watches sees the same time");
+        assert_eq!(arm.last().unwrap().time as i32, 4, "and it is what was told last");
         // A second wish to go on changes nothing.
         arm.waits(false).unwrap();
         assert_eq!(time(&mut arm) as i32, 5);

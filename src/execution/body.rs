@@ -34,6 +34,11 @@ pub trait Body: Send {
     /// Returns the world as far as it is known now.
     fn state(&mut self) -> Result<WorldState, DeviceError>;
 
+    /// Returns the world as it was known when the arm said last where it is, without asking it.
+    fn last_state(&mut self) -> Option<WorldState> {
+        None
+    }
+
     /// Returns what can be known of the world while the arm moves.
     fn sight(&self) -> Box<dyn Sight>;
 

@@ -175,6 +175,12 @@ impl Body for RealBody {
         Ok(self.belief.state(&feedback, tool))
     }
 
+    fn last_state(&mut self) -> Option<WorldState> {
+        let feedback = self.arm.last()?.clone();
+        let tool = self.tool(&feedback.q);
+        Some(self.belief.state(&feedback, tool))
+    }
+
     fn waits(&mut self, on: bool) -> Result<(), DeviceError> {
         self.arm.waits(on)
     }

@@ -272,11 +272,11 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// Returns what is known at the end of a step that a person or a device cut short.
+    /// Returns what is known at the end of a step that a person or a device cut short: of an arm that says no more, what it said last.
     ///
     /// # Errors
     ///
-    /// When the arm does not answer.
+    /// When the arm has said nothing yet.
     pub fn interrupted(
         &mut self,
         pg: &ParseGraph,
@@ -302,7 +302,11 @@ impl<'a> Walker<'a> {
         end: End,
     ) -> Result<Done, ActionError> {
         let step = &pg.steps[index];
-        let state = self.scripts.context().state()?;
+        let state = if end.stopped {
+            self.scripts.context().state_left()?
+        } else {
+            self.scripts.context().state()?
+        };
         let End { stopped, broken: mut failure, plan_again, over, held, lines, interval } = end;
         let interval = interval.unwrap_or([begin, state.time]);
         if failure.is_none() {

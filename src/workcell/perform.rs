@@ -66,13 +66,13 @@ impl WorkCell {
             self.show_before(on, rehearsal, k, number)?;
             let ahead = self.ask_before(&turn)?;
             self.open_gate(ahead.as_ref(), &pg.steps[index]);
+            let begin = self.state()?.time;
             self.audience.tell(&Event::StepStart {
                 number,
                 of: on.run.steps.len() + pg.steps.len() - index,
                 action: pg.steps[index].text.clone(),
                 path: pg.steps[index].path.clone(),
             });
-            let begin = self.state()?.time;
             if let Some(filming) = &on.filming {
                 let glimpses = rehearsal.glimpses.get(k).map_or(&[][..], Vec::as_slice);
                 filming.begin(number, begin, &self.camera(), glimpses);
@@ -87,9 +87,10 @@ impl WorkCell {
                 );
                 match walker.step(pg, index, &watched) {
                     Ok(done) => (done, None),
-                    // The step is recorded as far as it came.
+                    // The step is recorded as far as it came; what cut it short is told, whatever is said after it.
                     Err(error) => {
-                        (walker.interrupted(pg, index, begin, &watched, &error)?, Some(error))
+                        let done = walker.interrupted(pg, index, begin, &watched, &error);
+                        (done.map_err(|_| error.clone())?, Some(error))
                     }
                 }
             };
@@ -120,9 +121,12 @@ impl WorkCell {
             self.experience.moments.keep(number, memory, past);
             on.run.steps.push(record);
             on.keep()?;
-            let [real, twin] = self.show_after(on, rehearsal, (k, number), begin)?;
-            if cut_short.is_none() && self.ask_model(on.run, real, twin) {
-                on.keep()?;
+            let shown = self.show_after(on, rehearsal, (k, number), begin);
+            if cut_short.is_none() {
+                let [real, twin] = shown?;
+                if self.ask_model(on.run, real, twin) {
+                    on.keep()?;
+                }
             }
             let asked = self.ask_after(&turn, ahead, on.run.steps.last());
             if let Some(error) = cut_short {

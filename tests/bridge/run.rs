@@ -1,6 +1,6 @@
 //! A run over a bridge: the embedded laboratory, met as a stranger's simulator, gives the run it gives at home.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use trueup::lab::LabSettings;
 
 use super::reality::{Reality, serve};
@@ -38,6 +38,43 @@ fn a_pick_over_a_bridge_is_the_pick_of_the_laboratory_behind_it() {
     let asked = asked.lock().unwrap();
     let steps = asked.iter().filter(|request| request.get("step").is_some()).count();
     assert!(steps > 1000, "{steps} control periods");
+}
+
+/// Only "the bridge refused `feedback`" was told: no step, no run folder.
+#[test]
+fn a_bridge_that_refuses_all_while_the_arm_moves_leaves_a_run_with_its_step() {
+    let scratch = Scratch::new("bridge-refuses");
+    scratch.file("dry.task", &dry().text);
+    let mut reality = Reality::new(Some(dry()), LabSettings::default(), 3);
+    let mut begin: Vec<f64> = Vec::new();
+    let mut steps = 0;
+    let (place, _) = serve(move |request| {
+        // From a while after the arm left where it stood.
+        if let Some(q) = request["step"]["q"].as_array() {
+            let q: Vec<f64> = q.iter().map(|q| q.as_f64().unwrap()).collect();
+            if begin.is_empty() {
+                begin.clone_from(&q);
+            }
+            let has_left = q.iter().zip(&begin).any(|(q, from)| (q - from).abs() > 0.01);
+            steps += usize::from(steps > 0 || has_left);
+        }
+        let asked = |word: &str| request.get(word).is_some();
+        if steps > 25 && (asked("step") || asked("feedback") || asked("stop")) {
+            return Some(json!({"error": "motor 3 is too warm", "help": "wait"}).to_string());
+        }
+        Some(reality.answer(request))
+    });
+    let robot = format!("bridge://{place}");
+    let args = ["-c", "pick(jar)", "--scene", "dry.task", "--seed", "3", "--robot", robot.as_str()];
+    let done = scratch.trueup(&[&args[..], &["--without-regression", "3", "--json"]].concat());
+    assert_eq!(done.code, 4, "{}{}", done.out, done.err);
+    let run = read(&scratch, &done.out);
+    assert_eq!(run["reason"], "the bridge refused `step`: motor 3 is too warm");
+    let step = run["steps"].as_array().unwrap().last().unwrap();
+    assert_eq!(step["reason"], run["reason"]);
+    let interval = &step["interval_s"];
+    assert!(interval[1].as_f64().unwrap() > interval[0].as_f64().unwrap() + 0.1, "{interval}");
+    assert!(scratch.path(run["run_dir"].as_str().unwrap()).join("run.json").is_file());
 }
 
 #[test]

@@ -27,10 +27,21 @@ impl Texts for Rises {
     }
 }
 
-/// The twin's arm, of whose water nothing is known once something was cut short.
+/// The twin's arm, of whose water nothing is known once something was cut short; it may say no more then.
 struct Unweighed {
     twin: TwinBody,
+    falls_silent: bool,
     is_in_doubt: bool,
+}
+
+impl Unweighed {
+    fn known(&mut self) -> Result<WorldState, DeviceError> {
+        let mut state = self.twin.state()?;
+        for object in state.objects.iter_mut().filter(|_| self.is_in_doubt) {
+            object.water = None;
+        }
+        Ok(state)
+    }
 }
 
 impl Body for Unweighed {
@@ -39,11 +50,14 @@ impl Body for Unweighed {
     }
 
     fn state(&mut self) -> Result<WorldState, DeviceError> {
-        let mut state = self.twin.state()?;
-        for object in state.objects.iter_mut().filter(|_| self.is_in_doubt) {
-            object.water = None;
+        if self.is_in_doubt && self.falls_silent {
+            return Err(DeviceError::Unavailable("too warm to say".into()));
         }
-        Ok(state)
+        self.known()
+    }
+
+    fn last_state(&mut self) -> Option<WorldState> {
+        self.known().ok()
     }
 
     fn sight(&self) -> Box<dyn Sight> {
@@ -73,6 +87,17 @@ impl Body for Unweighed {
 /// -2 mL", and the prompt a moment later that it is unknown.
 #[test]
 fn what_was_on_its_way_is_unknown_in_the_record_of_the_step_that_was_stopped() {
+    is_recorded(false);
+}
+
+/// A bridge that refused `step`, and then `feedback`: only that was told, and there was no step in the run.
+#[test]
+fn a_step_is_recorded_though_the_arm_says_no_more_where_it_is() {
+    is_recorded(true);
+}
+
+/// Holds what is recorded of a step that was stopped against what it should be.
+fn is_recorded(falls_silent: bool) {
     let mut library = Library::standard();
     let text = "action rise() { run \"rise.rhai\" }\ntask t() { rise() }\n";
     library.add(Source::new("t.task", text));
@@ -93,7 +118,7 @@ fn what_was_on_its_way_is_unknown_in_the_record_of_the_step_that_was_stopped() {
     let cancel = Cancel::default();
     let mut scripts = Scripts::new(ActionContext::new(
         cell,
-        Box::new(Unweighed { twin, is_in_doubt: false }),
+        Box::new(Unweighed { twin, falls_silent, is_in_doubt: false }),
         kitchen::HOME.to_vec(),
         DecisionLog::recording(),
         (1, 0),

@@ -430,6 +430,16 @@ impl ActionContext {
         Ok(self.body.state()?)
     }
 
+    /// Returns the world as [`Self::state`] does, or as it was known last where the arm says no more where it is.
+    ///
+    /// # Errors
+    ///
+    /// When the arm has never said so.
+    pub(super) fn state_left(&mut self) -> Result<WorldState, ActionError> {
+        let known = self.body.state();
+        known.or_else(|error| self.body.last_state().ok_or_else(|| error.into()))
+    }
+
     /// Tells whoever watches.
     pub fn tell(&self, event: &Event) {
         self.setting.watcher.lock().unwrap_or_else(PoisonError::into_inner).event(event);

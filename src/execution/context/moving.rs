@@ -371,10 +371,10 @@ impl ActionContext {
         if let Some(refused) = led.refused.take() {
             return Err(refused);
         }
-        self.find_arm()?;
+        let found = self.find_arm();
         match done {
-            Err(error) if is_for_another(&error) => Ok(()),
-            done => done,
+            Err(error) if is_for_another(&error) => found,
+            done => done.and(found),
         }
     }
 }
