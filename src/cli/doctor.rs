@@ -83,6 +83,8 @@ impl Finding {
 
 /// Of scales that nobody named.
 const NO_SCALES: &str = "not connected; `--scales-at URL` names some";
+/// Of what may stand behind a bridge that cannot be asked.
+const BRIDGE_AWAY: &str = "not asked: the bridge is away";
 
 /// `trueup doctor`.
 pub(super) fn doctor(cli: &Shared, style: Style) -> Result<Exit, Failure> {
@@ -320,9 +322,12 @@ fn torques(robot: &Robot, told: &Feedback) -> Option<Finding> {
 fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure> {
     let (mut joints, mut says) = (0, String::new());
     let (mut picture, mut weighing, mut odd) = (None, None, None);
+    // Whether there are scales, once the bridge was reached.
+    let mut has_scales = None;
     let opened = WorkCell::open_with(options(cli, None)?, |robot, scene, _| {
         joints = robot.n_joints();
         let mut devices = bridge::devices(target, robot, scene, &cli.cell)?;
+        has_scales = Some(devices.scales.is_some());
         let begin = devices.arm.feedback()?.time;
         devices.arm.wait(TICKS, &Cancel::default(), &mut |_| {})?;
         let told = devices.arm.feedback()?;
@@ -351,14 +356,20 @@ fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure
                 let says = format!("behind the bridge, of {width} x {height} px");
                 Finding::new("camera", State::Well, says)
             }
+            None if has_scales.is_none() => Finding::new("camera", State::None, BRIDGE_AWAY),
             None => Finding::new("camera", State::None, "the bridge gave no picture"),
         });
     }
     if cli.cell.scales_at.is_none() {
-        found.push(match weighing {
-            Some(true) => Finding::new("scales", State::Well, "behind the bridge"),
-            Some(false) => Finding::new("scales", State::Away, "the bridge's give no weighing"),
-            None => Finding::new("scales", State::None, NO_SCALES),
+        found.push(match (has_scales, weighing) {
+            (_, Some(true)) => Finding::new("scales", State::Well, "behind the bridge"),
+            (_, Some(false)) => {
+                Finding::new("scales", State::Away, "the bridge's give no weighing")
+            }
+            (Some(false), None) => Finding::new("scales", State::None, NO_SCALES),
+            // What comes before the weighing failed.
+            (Some(true), None) => Finding::new("scales", State::None, "the bridge's, not asked"),
+            (None, None) => Finding::new("scales", State::None, BRIDGE_AWAY),
         });
     }
     Ok(found)

@@ -92,3 +92,15 @@ fn addresses_that_are_not_whole_are_said_before_anything_is_asked() {
     assert!(nobody.err.contains("no bridge at 127.0.0.1:1"), "{}", nobody.err);
     assert!(nobody.err.contains("start the server first"), "{}", nobody.err);
 }
+
+/// Of scales that the bridge might have had it said that `--scales-at` names some.
+#[test]
+fn a_doctor_says_that_the_bridge_is_away() {
+    let scratch = Scratch::new("bridge-away");
+    let said = scratch.trueup(&["doctor", "--robot", "bridge://127.0.0.1:1"]);
+    assert_eq!(said.code, 4, "{}", said.out);
+    for what in ["camera", "scales"] {
+        let line = format!("{what:<9} none  not asked: the bridge is away");
+        assert!(said.out.lines().any(|told| told == line), "{line}: {}", said.out);
+    }
+}
