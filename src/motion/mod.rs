@@ -76,6 +76,7 @@ mod frames8;
 mod batch;
 pub mod collision;
 mod certify;
+mod closest;
 pub mod polyline;
 mod cone;
 pub mod escape;

@@ -8,10 +8,11 @@ use serde::Serialize;
 use super::problem::Problem;
 use crate::motion::Error;
 use crate::motion::budget::Budget;
+use crate::motion::collision::CollisionWorld;
 use crate::motion::dynamics::{Bodies, Dynamics};
 use crate::motion::free::{self, Means};
 use crate::motion::ik::{Options, Solver};
-use crate::motion::polyline::l2;
+use crate::motion::polyline::{l2, mix};
 use crate::motion::robot::Robot;
 use crate::motion::rrt::Settings;
 use crate::motion::trajectory::{Limits, Trajectory};
@@ -114,7 +115,7 @@ pub enum PlanAnswer {
         time_us: f64,
         /// Length of the path, rad (Euclidean over the joints).
         length_rad: f64,
-        /// Smallest distance to anything along the trajectory, m; absent when nothing can be touched.
+        /// Smallest distance to anything along the whole path and trajectory, m, to 0.1 mm; absent when nothing can be touched.
         min_clearance_m: Option<f64>,
         /// Which of the goals is reached.
         goal: usize,
@@ -258,7 +259,7 @@ pub fn plan(
     let timed = Trajectory::through_corners(&path.corners, &limits, MAX_CUT, &is_free)?;
     let planning_time_us = now_us() - begin;
     let (t_s, q_rad) = timed.sampled(REPORT_STEP.max(timed.duration() / REPORTED));
-    let least = q_rad.iter().map(|q| world.distance(q)).fold(f64::INFINITY, f64::min);
+    let least = closest(&world, &path.corners, &timed, &t_s, &limits);
     Ok(PlanAnswer::Found {
         found: true,
         time_s: passing_times(&path.corners, &t_s, &q_rad),
@@ -270,6 +271,25 @@ pub fn plan(
         time_us,
         min_clearance_m: least.is_finite().then_some(least),
     })
+}
+
+/// Returns the smallest distance along the path and along the timed motion, between their samples as well, m.
+fn closest(
+    world: &CollisionWorld<'_>,
+    corners: &[Vec<f64>],
+    timed: &Trajectory,
+    instants: &[f64],
+    limits: &Limits,
+) -> f64 {
+    let in_time = world.closest_approach(instants, &limits.acceleration, &|t| timed.sample(t).q);
+    let places: Vec<f64> = (0..corners.len()).map(|corner| corner as f64).collect();
+    let place = |s: f64| {
+        let at = (s as usize).min(corners.len() - 1);
+        let next = corners.get(at + 1);
+        next.map_or_else(|| corners[at].clone(), |next| mix(&corners[at], next, s - at as f64))
+    };
+    let straight = vec![0.0; limits.acceleration.len()];
+    in_time.min(world.closest_approach(&places, &straight, &place))
 }
 
 /// Returns for each corner when the samples are nearest to it, in order.
