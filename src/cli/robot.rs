@@ -276,7 +276,11 @@ pub(super) fn robot(
                 Err(motion::Error::Cancelled) => return Ok(Exit::Stopped),
                 found => found.map_err(|error| failure(&error).at(place).help(PROBLEM))?,
             };
-            style.answer(&found);
+            if style.json {
+                style.document(&found);
+            } else {
+                style.say(found.lines());
+            }
             Ok(if matches!(found, answer::PlanAnswer::Found { .. }) { Exit::Yes } else { Exit::No })
         }
     }

@@ -157,6 +157,10 @@ fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
         .trueup(&["robot", "plan", "--problem", "post.json", "--json", "--seed", "3"])
         .json();
     assert_eq!(again["path_rad"], plan["path_rad"], "same seed, same path");
+    let told = scratch.trueup(&["robot", "plan", "--problem", "post.json", "--seed", "3"]);
+    assert_eq!((told.code, told.err.as_str()), (0, ""), "{}", told.out);
+    assert!(told.out.lines().count() <= 18 && told.out.contains("`--json`"), "{}", told.out);
+    assert!(told.out.contains(" mm from anything"), "{}", told.out);
 
     let on_the_goal = r#"{"shape": "sphere", "pose": {"xyz_m": [0.0, 0.0, 0.6], "quat_wxyz": [1, 0, 0, 0]},
                           "size_m": [0.6]}"#;

@@ -3,6 +3,8 @@
 //! Text in, data out: the command line reads files and prints. Clocks are the caller's as well: where an
 //! answer holds a time, a function that tells it is an argument.
 
+use std::fmt::Write as _;
+
 use serde::Serialize;
 
 use super::problem::Problem;
@@ -16,12 +18,15 @@ use crate::motion::polyline::{l2, mix};
 use crate::motion::robot::Robot;
 use crate::motion::rrt::Settings;
 use crate::motion::trajectory::{Limits, Trajectory};
+use crate::units::significant;
 use crate::world::frame::{Base, Flange, Pose};
 
 /// How far apart the instants of a planned trajectory are reported, s.
 const REPORT_STEP: f64 = 0.01;
 /// So many instants are reported at most: a very slow robot's are farther apart.
 const REPORTED: f64 = 20_000.0;
+/// So many corners of a path are shown to people at most.
+const SHOWN: usize = 12;
 /// Longest cut along an edge when a corner is rounded, rad.
 const MAX_CUT: f64 = 0.2;
 
@@ -127,6 +132,56 @@ pub enum PlanAnswer {
         /// Why.
         reason: String,
     },
+}
+
+impl PlanAnswer {
+    /// Returns the answer for people: what the whole motion is like, and a dozen corners of its path at most.
+    pub fn lines(&self) -> String {
+        let (path, times, trajectory, took, length, least, goal) = match self {
+            Self::NotFound { reason, .. } => return reason.clone(),
+            Self::Found {
+                found: _,
+                path_rad: path,
+                time_s: times,
+                trajectory,
+                planning_time_us: whole,
+                time_us: search,
+                length_rad: length,
+                min_clearance_m: least,
+                goal,
+            } => (path, times, trajectory, [whole, search], *length, least, goal),
+        };
+        let [planning, search] = took.map(|us| significant(1e-3 * us, 3));
+        let duration = trajectory.t_s.last().copied().unwrap_or(0.0);
+        let clear = match least {
+            Some(least) => format!("comes to {} mm from anything", significant(1e3 * least, 3)),
+            None => "can touch nothing".to_owned(),
+        };
+        let mut text = format!(
+            "a path of {} corners to goal {goal} (the first is 0), {} rad long\n\
+             the motion takes {} s and {clear}\n\
+             planned in {planning} ms, of which the search took {search} ms\n\n\
+             {:>9}  joints, rad (m where one slides)\n",
+            path.len(),
+            significant(length, 4),
+            significant(duration, 4),
+            "time, s",
+        );
+        let shown = path.len().min(SHOWN);
+        for row in 0..shown {
+            // The first, the last, and evenly between.
+            let corner = row * (path.len() - 1) / (shown - 1).max(1);
+            let _ = write!(text, "{:>9.3} ", times[corner]);
+            for q in &path[corner] {
+                let _ = write!(text, " {q:>9.4}");
+            }
+            text.push('\n');
+        }
+        let corners = if shown < path.len() { "all corners, and " } else { "" };
+        let instants = trajectory.t_s.len();
+        let _ = write!(text, "`--json` prints {corners}the trajectory at {instants} instants");
+        text
+    }
 }
 
 /// Joints over time.
@@ -309,4 +364,37 @@ fn passing_times(corners: &[Vec<f64>], t: &[f64], q: &[Vec<f64>]) -> Vec<f64> {
             t[nearest]
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plan was told by a hundred and forty rows, and all their times on one line.
+    #[test]
+    fn a_long_path_is_told_by_twelve_of_its_corners() {
+        let found = |corners: usize| PlanAnswer::Found {
+            found: true,
+            path_rad: (0..corners).map(|k| vec![k as f64, -1.5]).collect(),
+            time_s: (0..corners).map(|k| 0.5 * k as f64).collect(),
+            trajectory: TrajectoryAnswer {
+                t_s: (0..500).map(|k| 0.01 * f64::from(k)).collect(),
+                q_rad: vec![vec![0.0, -1.5]; 500],
+            },
+            planning_time_us: 12_340.0,
+            time_us: 8100.0,
+            length_rad: 3.25,
+            min_clearance_m: Some(0.003_03),
+            goal: 0,
+        };
+        let told = found(40).lines();
+        assert!(told.contains("40 corners") && told.contains("3.03 mm"), "{told}");
+        assert!(told.ends_with("`--json` prints all corners, and the trajectory at 500 instants"));
+        let rows: Vec<&str> = told.lines().skip(5).collect();
+        assert_eq!(rows.len(), SHOWN + 1, "{told}");
+        assert_eq!(rows[0].split_whitespace().collect::<Vec<_>>(), ["0.000", "0.0000", "-1.5000"]);
+        assert!(rows[SHOWN - 1].contains(" 39.0000"), "{told}");
+        assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
+        assert_eq!(found(1).lines().lines().count(), 7);
+    }
 }
