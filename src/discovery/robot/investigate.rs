@@ -66,9 +66,12 @@ pub fn investigate(
     let all = || train.iter().chain(heldout);
     if !all().all(|recording| is_simulated(recording) && shows_torques(recording)) {
         let found = investigated(robot, known, train, heldout, options, progress);
-        let found = found.map_err(Trouble::error)?.0;
-        let parted = || machines::parted(robot, known, [train, heldout], options);
-        let parted = if is_explained(&found) { None } else { parted() };
+        let mut found = found.map_err(Trouble::error)?.0;
+        if is_explained(&found) {
+            return Ok(found);
+        }
+        let sets = [train, heldout];
+        let parted = machines::parted(robot, known, sets, options, &mut found.finding);
         return Ok(parted.map_or(found, told_alone));
     }
     let few = Options { most: options.most.min(SIMULATED), ..*options };

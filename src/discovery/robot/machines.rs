@@ -7,7 +7,7 @@ use super::arm_finding::{different, loaded};
 use super::channels::Quantity;
 use super::explain::ArmGap;
 use super::laid_out;
-use super::links::{self, Carried, Numbers};
+use super::links::{self, Alone, Carried, Numbers, Spread};
 use super::term::{Law, Term};
 use super::wording;
 use crate::discovery::finding::Finding;
@@ -43,25 +43,50 @@ pub(super) fn apart(
     Some(different(gap, words, notes.to_vec()))
 }
 
-/// Says which of three or more recordings are of another machine than the others, whichever were to be fitted: for where no model of
-/// one machine was found.
+/// Judges anew recordings of which no model of one machine was found: says which of three or more are of another machine than the
+/// others, whichever were to be fitted, or notes in `found` which number differs between them.
 pub(super) fn parted(
     robot: &Robot,
     known: &[EffectItem],
     [train, heldout]: [&[Recording]; 2],
     options: &Options,
+    found: &mut Finding,
 ) -> Option<Finding> {
     let (gap, _) = laid_out::gap(robot, known, train, heldout).ok()?;
-    let stands = links::parted(&gap)?;
-    let all = train.iter().chain(heldout).cloned().zip(stands);
-    let (against, others): (Vec<_>, Vec<_>) = all.partition(|(_, stands)| *stands);
-    let [fitted, held] = [others, against]
-        .map(|set| -> Vec<Recording> { set.into_iter().map(|(recording, _)| recording).collect() });
-    let (mut gap, mut notes) = laid_out::gap(robot, known, &fitted, &held).ok()?;
+    let alone = Alone::of(&gap)?;
+    let recordings = || train.iter().chain(heldout);
+    if let Some(stands) = alone.parted() {
+        let all = recordings().cloned().zip(stands);
+        let (against, others): (Vec<_>, Vec<_>) = all.partition(|(_, stands)| *stands);
+        let [others, against] = [others, against].map(|set| -> Vec<Recording> {
+            set.into_iter().map(|(recording, _)| recording).collect()
+        });
+        let either = [[&others[..], &against], [&against, &others]];
+        let judged = either.into_iter().find_map(|sets| of_two(robot, known, sets, options));
+        if judged.is_some() {
+            return judged;
+        }
+    }
+    let Spread { name, values } = alone.spread()?;
+    let values: Vec<_> = recordings().map(|r| r.name.as_str()).zip(values).collect();
+    found.notes.insert(0, wording::differs(&name, &values));
+    None
+}
+
+/// Says by what two sets of recordings are of two machines, if they are: where those fitted have more than the file knows, and those
+/// held out have not, it shows only the other way round.
+fn of_two(
+    robot: &Robot,
+    known: &[EffectItem],
+    sets: [&[Recording]; 2],
+    options: &Options,
+) -> Option<Finding> {
+    let [fitted, held] = sets;
+    let (mut gap, mut notes) = laid_out::gap(robot, known, fitted, held).ok()?;
     settle_delay(&mut gap, &mut notes);
     let numbers = links::identified(&gap)?;
-    notes.insert(0, wording::parted(&names(&held)));
-    apart(&mut gap, &numbers, [&fitted, &held], options, &notes)
+    notes.insert(0, wording::parted(&names(held)));
+    apart(&mut gap, &numbers, sets, options, &notes)
 }
 
 /// Returns the load that the recordings held out bear, or those fitted, which then change their places; and whether it is those.

@@ -104,9 +104,16 @@ pub(super) fn bear_more(who: &str, mass: f64, std: f64) -> String {
 /// That these recordings were held out and the others fitted, since two machines describe the two sets best.
 pub(super) fn parted(who: &str) -> String {
     format!(
-        "no model of one machine was found for all recordings: {who} compared with the others, the way to part them of which two \
-         machines leave least"
+        "no model of one machine was found for all recordings, so {who} is held out and the others are fitted: so parted, two machines \
+         leave least"
     )
+}
+
+/// That a number is another in each recording.
+pub(super) fn differs((what, unit): &(String, &str), values: &[(&str, f64)]) -> String {
+    let told = |(name, value): &(&str, f64)| format!("{} {unit} in {name}", significant(*value, 2));
+    let all: Vec<String> = values.iter().map(told).collect();
+    format!("{what} differs between the recordings, each by itself: {}", all.join(", "))
 }
 
 /// Which number of a link is furthest from the file's, in units of what files are usually off by.

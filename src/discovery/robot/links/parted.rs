@@ -1,64 +1,143 @@
-//! Which of several recordings stand against the others: two sets that two sets of numbers describe best.
+//! What recordings say one by one: which stand against the others, as two sets that two sets of numbers describe best, and which
+//! number is another in each.
 //!
 //! It parts them and does not judge: whether two machines are what is seen, or a load, is asked of the two sets as it is of any.
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::super::explain::ArmGap;
-use super::fit::{Parts, Problem, Sums};
+use super::fit::{Fit, Parts, Problem, Sums};
 use super::{CREEPS, Columns, problem, tells};
 use crate::discovery::selection::Set;
 
 /// Of so many recordings every way to part them is tried; of more each by itself against the others.
 const FEW: usize = 6;
 
-/// Returns which recordings, those fitted first, stand against the others; `None` of fewer than three, or where they say nothing of
-/// the links.
-pub(in super::super) fn parted(gap: &ArmGap) -> Option<Vec<bool>> {
-    let n = gap.train.len() + gap.heldout.len();
-    if n < 3 || !tells(gap) {
-        return None;
+/// From so many standard deviations on, in the mean, a number differs between recordings.
+const DIFFERS: f64 = 5.0;
+
+/// And only if one machine leaves so many times more of some sensor, in squares, than each recording's own numbers.
+const MATTERS: f64 = 1.2;
+
+/// What each recording says by itself.
+pub(in super::super) struct Alone {
+    /// By creep, then by recording, those fitted first.
+    sums: Vec<Vec<Vec<Sums>>>,
+    parts: Parts,
+    /// Of any two sets, so that they can be fitted.
+    gap: ArmGap,
+}
+
+/// A number that is another in each recording.
+pub(in super::super) struct Spread {
+    pub(in super::super) name: (String, &'static str),
+    /// By recording, those fitted first.
+    pub(in super::super) values: Vec<f64>,
+}
+
+impl Alone {
+    /// Sums up what each recording says; `None` where one says nothing of the links.
+    pub(in super::super) fn of(gap: &ArmGap) -> Option<Self> {
+        if !tells(gap) {
+            return None;
+        }
+        let mut alone = gap.for_search();
+        let parts = Parts::of(alone.train.first()?.arm.chain.bodies.len());
+        let mut models = std::mem::take(&mut alone.train);
+        models.append(&mut alone.heldout);
+        let mut sums = vec![Vec::new(); CREEPS.len()];
+        for model in models {
+            alone.train = vec![model];
+            let columns = Columns::of(&alone, Set::Train)?;
+            for (all, creep) in sums.iter_mut().zip(CREEPS) {
+                all.push(columns.summed(&alone, creep, &[])?);
+            }
+        }
+        Some(Self { sums, parts, gap: alone })
     }
-    let mut alone = gap.for_search();
-    let parts = Parts::of(alone.train.first()?.arm.chain.bodies.len());
-    let mut models = std::mem::take(&mut alone.train);
-    models.append(&mut alone.heldout);
-    let mut each: Vec<Vec<Vec<Sums>>> = Vec::new();
-    for model in models {
-        alone.train = vec![model];
-        let columns = Columns::of(&alone, Set::Train)?;
-        let all = CREEPS.into_iter().map(|creep| columns.summed(&alone, creep, &[]));
-        each.push(all.collect::<Option<_>>()?);
+
+    fn problem(&self, train: Vec<Sums>, heldout: Vec<Sums>) -> Problem {
+        problem(&self.gap, (train, heldout), 0)
     }
-    let left = |way: &Vec<bool>| {
-        let of = |creep: usize| {
-            let set = |stands| {
-                let mut sets = each.iter().zip(way).filter(|(_, is)| **is == stands);
-                let first = sets.next()?.0[creep].clone();
-                Some(sets.fold(first, |all, (one, _)| together(&all, &one[creep])))
+
+    /// Returns the numbers of a machine.
+    fn all(&self) -> DMatrix<f64> {
+        self.parts.only(&[&self.parts.bodies, &self.parts.joints, &self.parts.load])
+    }
+
+    /// Returns which recordings, those fitted first, stand against the others; `None` of fewer than three.
+    pub(in super::super) fn parted(&self) -> Option<Vec<bool>> {
+        let n = self.sums.first()?.len();
+        if n < 3 {
+            return None;
+        }
+        let left = |way: &Vec<bool>| {
+            let of = |each: &Vec<Vec<Sums>>| {
+                let set = |stands| {
+                    let sets = each.iter().zip(way).filter(|(_, is)| **is == stands);
+                    together(sets.map(|(one, _)| one))
+                };
+                self.left_of_two(&self.problem(set(false)?, set(true)?))
             };
-            left_of_two(&problem(&alone, (set(false)?, set(true)?), 0), &parts)
+            self.sums.iter().filter_map(of).min_by(f64::total_cmp)
         };
-        (0..CREEPS.len()).filter_map(of).min_by(f64::total_cmp)
-    };
-    let scored = ways(n).into_par_iter().filter_map(|way| Some((left(&way)?, way)));
-    scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, way)| way)
+        let scored = ways(n).into_par_iter().filter_map(|way| Some((left(&way)?, way)));
+        scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, way)| way)
+    }
+
+    /// Returns the number of a joint or a load that differs most between recordings, if one does so much that no model of one machine
+    /// fits.
+    pub(in super::super) fn spread(&self) -> Option<Spread> {
+        let all = self.all();
+        let of = |each: &Vec<Vec<Sums>>| {
+            let merged = self.problem(together(each.iter())?, Vec::new()).fit(&all)?;
+            let own = each.iter().map(|one| self.problem(one.clone(), Vec::new()).fit(&all));
+            Some((merged, own.collect::<Option<Vec<Fit>>>()?, each))
+        };
+        let fits = self.sums.iter().filter_map(of);
+        let (merged, own, each) = fits.min_by(|a, b| a.0.total().total_cmp(&b.0.total()))?;
+        let rows = |sensor: usize| each.iter().map(move |one| one[sensor].rows);
+        let matters = merged.weights.iter().enumerate().any(|(sensor, left)| {
+            let parts = own.iter().zip(rows(sensor)).map(|(fit, rows)| fit.weights[sensor] * rows);
+            left * rows(sensor).sum::<f64>() > MATTERS * parts.sum::<f64>()
+        });
+        let numbers = self.parts.joints.start..self.parts.load.end;
+        let differs = |at: usize| -> f64 {
+            let told = own.iter().map(|fit| (fit.x[at], fit.covariance[(at, at)].max(1e-300)));
+            let (sum, weight) = told.clone().fold((0.0, 0.0), |(sum, all), (x, variance)| {
+                (sum + x / variance, all + 1.0 / variance)
+            });
+            let squares: f64 =
+                told.map(|(x, variance)| (x - sum / weight).powi(2) / variance).sum();
+            squares / (own.len() as f64 - 1.0).max(1.0)
+        };
+        let (worst, at) = numbers
+            .map(|at| (differs(at), at))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|(worst, _)| matters && *worst > DIFFERS * DIFFERS)?;
+        let values = own.iter().map(|fit| fit.x[at]).collect();
+        worst.is_finite().then(|| Spread { name: self.parts.name(at), values })
+    }
+
+    /// Returns what is left of both sets, each by numbers of its own, in -2 ln of the odds: the same noise is in both.
+    fn left_of_two(&self, problem: &Problem) -> Option<f64> {
+        let all = self.all();
+        let (here, there) = (problem.fit(&all)?, problem.turned().fit(&all)?);
+        let of = |(a, b): (&Sums, &Sums)| {
+            let rows = a.rows + b.rows;
+            let left = (a.left(&here.x) * a.rows + b.left(&there.x) * b.rows) / rows.max(1.0);
+            rows / a.related.max(b.related) * left.ln()
+        };
+        Some(problem.train.iter().zip(&problem.heldout).map(of).sum())
+    }
 }
 
-fn together(all: &[Sums], more: &[Sums]) -> Vec<Sums> {
-    all.iter().zip(more).map(|(a, b)| a.and(b)).collect()
-}
-
-/// Returns what is left of both sets, each by numbers of its own, in -2 ln of the odds: the same noise is in both.
-fn left_of_two(problem: &Problem, parts: &Parts) -> Option<f64> {
-    let all = parts.only(&[&parts.bodies, &parts.joints, &parts.load]);
-    let (here, there) = (problem.fit(&all)?, problem.turned().fit(&all)?);
-    let of = |(a, b): (&Sums, &Sums)| {
-        let rows = a.rows + b.rows;
-        let left = (a.left(&here.x) * a.rows + b.left(&there.x) * b.rows) / rows.max(1.0);
-        rows / a.related.max(b.related) * left.ln()
-    };
-    Some(problem.train.iter().zip(&problem.heldout).map(of).sum())
+/// Returns what recordings say together.
+fn together<'a>(mut all: impl Iterator<Item = &'a Vec<Sums>>) -> Option<Vec<Sums>> {
+    let first = all.next()?.clone();
+    let both = |a: Vec<Sums>, b: &Vec<Sums>| a.iter().zip(b).map(|(a, b)| a.and(b)).collect();
+    Some(all.fold(first, both))
 }
 
 /// Returns the ways to part `n` in two, each by which stand against the others: no more than half, and of two halves one.
