@@ -30,7 +30,7 @@ fn acting(command: &str) -> Vec<&'static str> {
         "emulate" => &[&["seed", "scene", "stdlib", "lab"]],
         "graph" => &[&["scene", "stdlib", "robot", "record", "explore"]],
         "learn" => &[&["robot", "record", "stdlib"]],
-        "gap" => &[&["record", "scene", "stdlib"]],
+        "gap" | "export" => &[&["record", "scene", "stdlib"]],
         "doc" | "say" | "check" => &[&["scene", "stdlib"]],
         "lsp" | "vqa probe" => &[&["stdlib"]],
         "lab hide" => &[&["seed", "stdlib", "lab"]],
@@ -38,7 +38,6 @@ fn acting(command: &str) -> Vec<&'static str> {
         "vqa eval" | "robot ik" => &[&["seed"]],
         "replay" | "runs show" => &[&["record", "verbose"]],
         "runs" | "runs ls" | "runs diff" | "runs export" | "report" | "vqa label" => &[&["record"]],
-        "export" => &[&["record", "scene", "stdlib"]],
         "marks" | "camera see" | "scene from" | "align hand-eye" => &[&["scene"]],
         _ => &[],
     };

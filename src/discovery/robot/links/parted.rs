@@ -90,13 +90,15 @@ impl Alone {
     /// fits.
     pub(in super::super) fn spread(&self) -> Option<Spread> {
         let all = self.all();
-        let of = |each: &Vec<Vec<Sums>>| {
+        let of = |creep: usize| {
+            let each = &self.sums[creep];
             let merged = self.problem(together(each.iter())?, Vec::new()).fit(&all)?;
             let own = each.iter().map(|one| self.problem(one.clone(), Vec::new()).fit(&all));
-            Some((merged, own.collect::<Option<Vec<Fit>>>()?, each))
+            Some((merged, own.collect::<Option<Vec<Fit>>>()?, creep))
         };
-        let fits = self.sums.iter().filter_map(of);
-        let (merged, own, each) = fits.min_by(|a, b| a.0.total().total_cmp(&b.0.total()))?;
+        let fits = (0..CREEPS.len()).filter_map(of);
+        let (merged, own, creep) = fits.min_by(|a, b| a.0.total().total_cmp(&b.0.total()))?;
+        let each = &self.sums[creep];
         let rows = |sensor: usize| each.iter().map(move |one| one[sensor].rows);
         let matters = merged.weights.iter().enumerate().any(|(sensor, left)| {
             let parts = own.iter().zip(rows(sensor)).map(|(fit, rows)| fit.weights[sensor] * rows);
