@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::vocabulary;
 
@@ -83,18 +83,24 @@ pub struct Left {
 pub enum Value {
     /// One number.
     Number(f64),
-    /// One number per component.
-    Vector(Vec<f64>),
+    /// One number per component; a deviation that nothing determines is infinite, and `null` in JSON.
+    Vector(#[serde(deserialize_with = "components")] Vec<f64>),
 }
 
 impl Value {
-    /// Whether all of it is finite.
+    /// Whether it, or a component of it, is finite.
     fn is_finite(&self) -> bool {
         match self {
             Self::Number(value) => value.is_finite(),
-            Self::Vector(values) => values.iter().all(|value| value.is_finite()),
+            Self::Vector(values) => values.iter().any(|value| value.is_finite()),
         }
     }
+}
+
+/// Reads components as JSON has them.
+fn components<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+    let found = Vec::<Option<f64>>::deserialize(deserializer)?;
+    Ok(found.into_iter().map(|component| component.unwrap_or(f64::INFINITY)).collect())
 }
 
 /// Writes the parameters that the data determine.
@@ -146,7 +152,7 @@ pub struct Effect {
     pub name: String,
     /// Where it sits.
     pub at: String,
-    /// Its parameters; JSON leaves out what the data leave to others, of which no deviation can be told.
+    /// Its parameters; JSON leaves out those of which the data determine nothing.
     #[serde(serialize_with = "determined")]
     pub parameters: BTreeMap<String, Parameter>,
     /// How sure.
@@ -470,6 +476,17 @@ mod tests {
         assert!(text.contains("\"share\"") && !text.contains("\"level\""), "{text}");
         let read: Effect = serde_json::from_str(&text).unwrap();
         assert_eq!(read.parameters["share"], effect.parameters["share"]);
+    }
+
+    #[test]
+    fn json_has_null_for_the_deviation_of_a_component_that_nothing_determines() {
+        let number = |name: &str, std| (name.to_owned(), 0.5, std, "m".to_owned());
+        let com = [number("com_x", 0.1), number("com_y", 0.1), number("com_z", f64::INFINITY)];
+        let own = &grouped("payload", &com)["com"];
+        let text = serde_json::to_string(own).unwrap();
+        assert!(text.contains("\"std\":[0.1,0.1,null]"), "{text}");
+        assert_eq!(serde_json::from_str::<Parameter>(&text).unwrap(), *own);
+        assert!(own.std.is_finite());
     }
 
     #[test]

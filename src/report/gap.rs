@@ -175,7 +175,7 @@ fn parameter_text(parameter: &Parameter) -> String {
         (Value::Number(value), Value::Number(std)) => {
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
             if std.is_infinite() {
-                format!("{}{unit} (trades against others)", significant(factor * value, 4))
+                format!("{}{unit} (not determined)", significant(factor * value, 4))
             } else if *std > 0.0 {
                 format!(
                     "{}{unit} ± {}",
@@ -187,9 +187,12 @@ fn parameter_text(parameter: &Parameter) -> String {
             }
         }
         (Value::Vector(values), Value::Vector(stds)) => {
+            let word = |value: f64, digits| {
+                let is_open = value.is_infinite();
+                if is_open { "not determined".into() } else { significant(value, digits) }
+            };
             let list = |values: &[f64], digits| {
-                let words: Vec<String> =
-                    values.iter().map(|value| significant(*value, digits)).collect();
+                let words: Vec<String> = values.iter().map(|value| word(*value, digits)).collect();
                 words.join(", ")
             };
             format!("({}) {unit} ± ({})", list(values, 4), list(stds, 2))

@@ -355,8 +355,13 @@ fn estimates_of(gap: &ArmGap, h: &Hypothesis<Term>, at: usize) -> Vec<ParameterE
     let from = gap.nuisance().len() + before;
     let count = h.terms[at].law.specs().len();
     let (term, own) = (&h.terms[at], &h.parameters[from..from + count]);
-    let covariance =
-        h.covariance.view((from, from), (count, count)) + gap.drives.covariance(term, own);
+    let fitted = h.covariance.view((from, from), (count, count));
+    let mut covariance = &fitted + gap.drives.covariance(term, own);
+    // What the motion does not show stays open, whatever an ampere is worth.
+    for i in (0..count).filter(|i| fitted[(*i, *i)] <= 0.0) {
+        covariance.row_mut(i).fill(0.0);
+        covariance.column_mut(i).fill(0.0);
+    }
     estimates::estimates(term, own, &covariance, &gap.things)
 }
 

@@ -2,7 +2,7 @@
 //!
 //! The fit works with parameters in which the model is as linear as possible (a sine and a cosine, a first
 //! moment of mass); people and model files get amplitude and phase, mass and place. Uncertainty is
-//! carried over to first order.
+//! carried over to first order. Of what the motion does not show at all it is infinite: the number is one that was assumed.
 
 use nalgebra::DMatrix;
 
@@ -35,7 +35,12 @@ pub(super) fn estimates(
             up.iter().zip(&down).map(|(up, down)| (up - down) / (2.0 * step)).collect()
         })
         .collect();
+    let open = open(covariance);
     for (at, std) in stds.iter_mut().enumerate() {
+        if columns.iter().zip(&open).any(|(column, open)| *open && column[at].abs() > 0.0) {
+            *std = f64::INFINITY;
+            continue;
+        }
         let mut variance = 0.0;
         for i in 0..parameters.len() {
             for k in 0..parameters.len() {
@@ -56,6 +61,13 @@ pub(super) fn estimates(
             (name.to_owned(), modelled + value, std, unit.to_owned())
         })
         .collect()
+}
+
+/// Returns which of the numbers of an effect nothing determines: those that a fit gives no variance, where others have one.
+fn open(covariance: &DMatrix<f64>) -> Vec<bool> {
+    let variances = covariance.diagonal();
+    let is_fitted = variances.iter().any(|variance| *variance > 0.0);
+    variances.iter().map(|variance| is_fitted && *variance <= 0.0).collect()
 }
 
 fn names(law: Law) -> Vec<(&'static str, &'static str)> {
@@ -118,4 +130,31 @@ fn unit(feature: Feature) -> &'static str {
 /// Writes the line of a model file.
 pub(super) fn line(term: &Term, estimates: &[ParameterEstimate], things: &[Thing]) -> String {
     model_file::line(term.law.name(), &term.seat(things), estimates)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DVector;
+
+    use super::*;
+
+    /// A load of which no torque shows how high it is, as where all axes stand upright.
+    #[test]
+    fn a_coordinate_that_nothing_shows_is_not_determined() {
+        let term = Term { law: Law::Payload, joint: 0 };
+        let told = |variances: [f64; 4]| {
+            let covariance = DMatrix::from_diagonal(&DVector::from_row_slice(&variances));
+            estimates(&term, &[2.0, 0.2, 0.0, 0.0], &covariance, &[])
+        };
+        let std = |all: &[ParameterEstimate], at: usize| all[at].2;
+        let shown = told([1e-4, 4e-4, 4e-4, 4e-4]);
+        let open = told([1e-4, 4e-4, 4e-4, 0.0]);
+        assert!((0..3).all(|at| (std(&open, at) - std(&shown, at)).abs() < 1e-12), "{open:?}");
+        assert!((std(&shown, 3) - 0.01).abs() < 1e-9 && std(&open, 3).is_infinite(), "{open:?}");
+        let line = line(&term, &open, &[]);
+        assert!(line.ends_with("com_z = 0 m }"), "{line}");
+        // What was not fitted at all is left without a deviation.
+        let fixed = told([0.0; 4]);
+        assert!((0..4).all(|at| std(&fixed, at).abs() < 1e-12), "{fixed:?}");
+    }
 }

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use super::super::explain::ArmGap;
 use super::super::term::{Law, Term};
-use super::body::{NUMBERS, point};
+use super::body::{FAR_OUT, NUMBERS, point};
 use super::fit::{Fit, Parts, Problem, Sums, left_of};
 use super::single::AGREEING;
 use super::{CREEPS, SOME, of_joints, problems};
@@ -130,13 +130,31 @@ fn at_tip(gap: &ArmGap, fit: &Fit, load: &Range<usize>) -> Hypothesis<Term> {
         (_, 0) => place[i - 1],
         _ => rotation[(i - 1, j - 1)],
     });
-    let covariance = fit.covariance.view((load.start, load.start), (n, n));
+    let mut covariance = fit.covariance.view((load.start, load.start), (n, n)).into_owned();
+    // A moment that could be that of a place out of reach is one that the motion does not show.
+    let reach = FAR_OUT * fit.x[load.start];
+    let open: Vec<usize> = (1..n).filter(|i| covariance[(*i, *i)].sqrt() > reach).collect();
+    leave_open(&mut covariance, &open);
+    let mut covariance = &turned * covariance * turned.transpose();
+    let is_open = |i: &usize| open.iter().any(|k| turned[(*i, *k)].abs() > ROUNDED);
+    leave_open(&mut covariance, &(1..n).filter(is_open).collect::<Vec<_>>());
     Hypothesis {
         terms: vec![Term { law: Law::Payload, joint: 0 }],
         parameters: (&turned * fit.x.rows(load.start, n)).as_slice().to_vec(),
-        covariance: &turned * covariance * turned.transpose(),
+        covariance,
         surcharges: vec![0.0],
         gains: vec![0.0],
         ..Hypothesis::nothing()
+    }
+}
+
+/// Entries of a rotation below this are rounding.
+const ROUNDED: f64 = 1e-9;
+
+/// Takes the variance from numbers that nothing determines, as [`crate::fit::Fit::covariance`] has it.
+fn leave_open(covariance: &mut DMatrix<f64>, open: &[usize]) {
+    for &i in open {
+        covariance.row_mut(i).fill(0.0);
+        covariance.column_mut(i).fill(0.0);
     }
 }
