@@ -26,6 +26,14 @@ pub(super) fn percent(part: f64) -> String {
     significant(100.0 * part, 2)
 }
 
+/// Why a law is not named that contains the one that is.
+pub(super) const NO_MORE: &str = "explains no more with more numbers: the simpler is named";
+
+/// By how much the criterion, which counts squares and numbers, speaks against a rival; `what` was fitted and held out.
+pub(super) fn fits_worse(behind: f64, what: &str) -> String {
+    format!("fits worse: its criterion is {behind:.0} higher on the {what} fitted and held out")
+}
+
 /// How much of a gap is explained.
 #[derive(Clone, Copy)]
 pub(super) enum Explained {
@@ -202,10 +210,7 @@ pub(super) fn answer<G: Worded>(
                     "explains the data as well; these recordings do not tell the two apart"
                         .to_owned()
                 } else {
-                    format!(
-                        "fits worse: sum of squares larger by {:.0} on the data fitted and held out",
-                        rival.behind
-                    )
+                    fits_worse(rival.behind, "data")
                 };
                 let (name, at) = (gap.name(other).to_owned(), gap.site(other));
                 Some(Alternative { name, at, delta_bic: rival.behind, why_not })

@@ -13,6 +13,7 @@ use crate::discovery::finding::{
     Verdict, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Residuals as _, Rival, Set};
+use crate::discovery::wording::{NO_MORE, fits_worse};
 
 /// Words an outcome as a finding.
 pub(super) fn answer(
@@ -188,9 +189,9 @@ fn alternatives(
         let why_not = if rival.behind < options.tie {
             wording::AS_WELL.to_owned()
         } else if law.contains(chosen) && rival.hypothesis.parameters.len() > 1 {
-            wording::NO_MORE.to_owned()
+            NO_MORE.to_owned()
         } else {
-            wording::fits_worse(rival.behind)
+            fits_worse(rival.behind, "points")
         };
         found.push(Alternative {
             name: law.name().into(),

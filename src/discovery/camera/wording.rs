@@ -140,7 +140,6 @@ pub(super) const ROLES_EXCHANGED: &str =
 pub(super) const NO_FORMULA: &str = "no formula predicts points it was not fitted to";
 pub(super) const AS_WELL: &str =
     "explains the points as well; these pictures do not tell the two apart";
-pub(super) const NO_MORE: &str = "explains no more with more numbers: the simpler is named";
 pub(super) const MOVED_OPPOSITE: &str = "a camera moved the opposite way, in all its numbers at once, would show the \
                                          same: only points that do not lie on the table tell which of the two moved";
 pub(super) const ALL_NOISE: &str = "measured minus model is noise, and no effect explains any of it on points it was \
@@ -245,11 +244,6 @@ pub(super) fn still_above(left: f64) -> String {
 
 pub(super) fn equally_well(doubted: &str) -> String {
     format!("{doubted} explain these points equally well")
-}
-
-/// The sum of squares is larger by this.
-pub(super) fn fits_worse(behind: f64) -> String {
-    format!("fits worse: sum of squares larger by {behind:.0} on the points fitted and held out")
 }
 
 /// The gap, in standard deviations above noise.

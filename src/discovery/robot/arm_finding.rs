@@ -165,7 +165,7 @@ impl Answered {
                 continue;
             }
             let mut own = effect(term, &estimates, things, outcome.worth(at));
-            own.alternatives = alternatives(mine(), term, options, things);
+            own.alternatives = alternatives(mine(), term, options, all);
             if term.law == Law::TorqueGain && all.is_along() {
                 own.alternatives.push(Alternative {
                     name: Law::ActuatorGain.name().into(),
@@ -385,8 +385,9 @@ fn alternatives<'a>(
     rivals: impl Iterator<Item = &'a Rival<Term>>,
     chosen: &Term,
     options: &Options,
-    things: &[Thing],
+    all: &ArmGap,
 ) -> Vec<Alternative> {
+    let things = &all.things;
     let mut found: Vec<Alternative> = Vec::new();
     for rival in rivals {
         let Some(term) = rival.hypothesis.terms.last() else { continue };
@@ -396,7 +397,11 @@ fn alternatives<'a>(
             continue;
         }
         let is_tied = rival.behind < options.tie;
-        let why_not = if is_tied { WhyNot::Tied } else { WhyNot::FitsWorse(rival.behind) };
+        let why_not = match rival.behind {
+            _ if is_tied => WhyNot::Tied,
+            _ if all.contains(term, chosen) => WhyNot::Richer,
+            behind => WhyNot::FitsWorse(behind),
+        };
         let why_not = why_not.to_string();
         found.push(Alternative { name, at, delta_bic: rival.behind, why_not });
     }

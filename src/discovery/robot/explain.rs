@@ -489,6 +489,10 @@ impl Residuals for ArmGap {
         matches!(term.law, Law::Backlash)
     }
 
+    fn is_likelier(&self, other: &Term, chosen: &Term) -> bool {
+        matches!((other.law, chosen.law), (Law::Payload, Law::LinkMass))
+    }
+
     fn contains(&self, general: &Term, special: &Term) -> bool {
         general.contains(special, self.train[0].course.data.n)
     }

@@ -6,7 +6,7 @@ use std::fmt;
 use super::term::{Feature, Law, Term};
 use crate::discovery::finding::{Effect, ParameterEstimate};
 use crate::discovery::vocabulary::TRACKER;
-use crate::discovery::wording::{left_aside, percent};
+use crate::discovery::wording::{NO_MORE, fits_worse, left_aside, percent};
 use crate::units::significant;
 
 pub(super) use crate::discovery::wording::Explained;
@@ -245,8 +245,10 @@ pub(super) enum WhyNot {
     NoCommands,
     /// The data say the same of both.
     Tied,
-    /// It leaves so much more, in squares.
+    /// Its criterion is so much higher.
     FitsWorse(f64),
+    /// It can do all that the one chosen can, and its further numbers explain too little more.
+    Richer,
     /// The base moved, or the tracker.
     SeenFromTheOtherSide,
 }
@@ -261,10 +263,8 @@ impl fmt::Display for WhyNot {
             Self::Tied => {
                 f.write_str("explains the data as well; the motion does not tell the two apart")
             }
-            Self::FitsWorse(by) => write!(
-                f,
-                "fits worse: sum of squares larger by {by:.0} on the data fitted and held out"
-            ),
+            Self::FitsWorse(by) => f.write_str(&fits_worse(*by, "data")),
+            Self::Richer => f.write_str(NO_MORE),
             Self::SeenFromTheOtherSide => f.write_str(
                 "the same rigid transform seen from the other side: only a second marker that does \
                  not move with the arm tells which of the two moved",

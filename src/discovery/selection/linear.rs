@@ -415,6 +415,10 @@ impl<G: Residuals> Residuals for Linear<'_, G> {
         self.gap.is_sensible(term, parameters)
     }
 
+    fn is_likelier(&self, other: &G::Term, chosen: &G::Term) -> bool {
+        self.gap.is_likelier(other, chosen)
+    }
+
     fn contains(&self, general: &G::Term, special: &G::Term) -> bool {
         self.gap.contains(general, special)
     }

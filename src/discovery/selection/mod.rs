@@ -270,6 +270,13 @@ pub trait Residuals: Sync {
         Vec::new()
     }
 
+    /// Returns whether machines have `other` more often than `chosen`, so that the price of its further numbers says nothing for
+    /// `chosen` where both explain the data alike: then a doubt is told.
+    fn is_likelier(&self, other: &Self::Term, chosen: &Self::Term) -> bool {
+        let _ = (other, chosen);
+        false
+    }
+
     /// Returns whether `general` can do all that `special` can: then the simpler one is named when both
     /// explain the data, and no doubt is raised.
     fn contains(&self, general: &Self::Term, special: &Self::Term) -> bool {

@@ -8,7 +8,7 @@ use super::refit::same_terms;
 use super::search::{Grown, left_out, plain, sensible};
 use super::steady::{least_steady, steadied};
 use super::sure::least_sure;
-use super::weighing::{is_sensible, pays, sensible_at, weighed};
+use super::weighing::{behind, is_sensible, pays, sensible_at, weighed};
 use super::wording::WRITING_OUT;
 use super::{Diverged, Hypothesis, Options, Outcome, Residuals, refit};
 
@@ -207,11 +207,7 @@ fn with_shapes<G: Residuals>(
         |rival| {
             let Hypothesis { terms, parameters, surcharges, gains, .. } = rival.hypothesis.clone();
             if let Some(fitted) = refit(gap, terms, parameters, surcharges) {
-                rival.behind = weighed(gap, &fitted, options) - weighed(gap, &best, options);
-                let (other, chosen) = (fitted.terms.last(), &best.terms[rival.instead_of]);
-                if other.is_some_and(|other| gap.contains(other, chosen)) {
-                    rival.behind = rival.behind.max(options.tie);
-                }
+                rival.behind = behind(gap, &fitted, (&best, rival.instead_of), options);
                 rival.hypothesis = Hypothesis { gains, ..fitted };
             }
         },

@@ -47,7 +47,7 @@ pub fn search<G: Residuals>(
             judge_all(gap, &mut outcome, options);
             return Ok(outcome);
         };
-        grown = Grown { best, rivals: outcome.rivals, unnamed };
+        grown = Grown { best, rivals: Vec::new(), unnamed };
     }
 }
 
@@ -88,7 +88,9 @@ impl<T: Clone + PartialEq + Send + Sync> Grown<T> {
         let Self { mut best, mut rivals, unnamed } = self;
         let all_related =
             best.terms.iter().all(|a| best.terms.iter().all(|b| a == b || gap.related(a, b)));
-        if !all_related {
+        // One that is left of several was tried against nothing yet.
+        let is_untried = best.terms.len() == 1 && rivals.is_empty();
+        if !all_related || is_untried {
             progress(wording::EXCHANGING_ALL, 0.9);
             best = exchanged(gap, best, options, &mut rivals, None, unnamed);
             best = pruned(gap, best, options, None);

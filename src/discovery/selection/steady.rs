@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::refit::begins;
 use super::rounds::FAR;
-use super::weighing::{pays, weighed};
+use super::weighing::{forgiven, pays, weighed};
 use super::{Hypothesis, Options, Outcome, Residuals, Rival, Set, sum_of_squares};
 use crate::discovery::finding::{Split, Step};
 use crate::discovery::resample::{self, Draw, STRETCHES};
@@ -52,13 +52,15 @@ pub(super) fn steadied<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, op
         let is_near = |r: &&mut Rival<_>| r.instead_of == at && r.behind < FAR * options.tie;
         let mut near: Vec<_> = rivals.iter_mut().filter(is_near).collect();
         let mut others: Vec<_> = near.iter().map(|r| Drawn::of(gap, &r.hypothesis)).collect();
+        let credit = |r: &&mut Rival<_>| forgiven(gap, &r.hypothesis, (&*best, at), options);
+        let credits: Vec<f64> = near.iter().map(credit).collect();
         let mut wins = vec![0_usize; near.len() + 1];
         for draw in resample::draws() {
             let rest = rest.draw(&draw);
             let others = others.iter_mut().map(|other| other.draw(&draw));
-            let others = others.map(|h| (h, h.terms.len() - 1));
-            let all = std::iter::once((chosen.draw(&draw), at)).chain(others);
-            let weighed = all.map(|(h, site)| (weighed(gap, h, options), h, site));
+            let others = others.zip(&credits).map(|(h, credit)| (h, h.terms.len() - 1, *credit));
+            let all = std::iter::once((chosen.draw(&draw), at, 0.0)).chain(others);
+            let weighed = all.map(|(h, site, credit)| (weighed(gap, h, options) - credit, h, site));
             let winner = weighed.enumerate().min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0));
             if let Some((winner, (_, h, site))) = winner
                 && pays(gap, h, site, rest, options)
@@ -189,4 +191,83 @@ pub fn path<G: Residuals>(
 fn split_at<G: Residuals>(gap: &G, terms: &[G::Term], parameters: &[f64]) -> Split {
     let of = |set| rms(gap, set, square(gap, set, terms, parameters));
     Split { train: of(Set::Train), heldout: of(reported(gap)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::weighing::behind;
+    use super::super::{Candidate, ParameterSpec, refit};
+    use super::*;
+
+    /// Rows of each set: as many in every stretch, whose shapes and noise have nothing in common.
+    const ROWS: usize = 20 * STRETCHES;
+
+    /// A level of 1, and so much of a square wave. Effect 0 is the level, effect 1 the level with a wave on it.
+    struct Levels {
+        wave: f64,
+        contains: bool,
+        is_likelier: bool,
+    }
+
+    impl Residuals for Levels {
+        type Term = usize;
+
+        fn specs(&self, term: &usize) -> Vec<ParameterSpec> {
+            let (range, neutral, least) = ((-1e3, 1e3), Some(0.0), 0.0);
+            let size = ParameterSpec { name: "size", unit: "", scale: 1.0, range, neutral, least };
+            vec![size; 1 + term]
+        }
+
+        fn residuals(&self, _: Set, _: &[usize], parameters: &[f64]) -> Option<Vec<f64>> {
+            let of = |at: usize| parameters.get(at).copied().unwrap_or(0.0);
+            let sign = |is_up: bool| if is_up { 1.0 } else { -1.0 };
+            let row = |row: usize| {
+                let wave = (self.wave - of(1)) * sign(row % 4 < 2);
+                1.0 - of(0) + wave + sign(row.is_multiple_of(2))
+            };
+            Some((0..ROWS).map(row).collect())
+        }
+
+        fn count(&self, set: Set) -> usize {
+            if set == Set::Unseen { 0 } else { ROWS }
+        }
+
+        fn candidates(&self, _: &[usize], _: &[f64], _: Option<&usize>) -> Vec<Candidate<usize>> {
+            Vec::new()
+        }
+
+        fn contains(&self, general: &usize, special: &usize) -> bool {
+            self.contains && general > special
+        }
+
+        fn is_likelier(&self, other: &usize, chosen: &usize) -> bool {
+            self.is_likelier && other > chosen
+        }
+    }
+
+    /// What is said of the level, beside the level with a wave as its rival: how far behind that is, and the shares of both.
+    fn told(gap: &Levels) -> (f64, [f64; 2]) {
+        let fitted = |terms: &[usize], n: usize| {
+            refit(gap, terms.to_vec(), vec![0.0; n], vec![0.0; terms.len()]).unwrap()
+        };
+        let (nothing, best, other) = (fitted(&[], 0), fitted(&[0], 1), fitted(&[1], 2));
+        let behind = behind(gap, &other, (&best, 0), &Options::default());
+        let rivals = vec![Rival { instead_of: 0, hypothesis: other, behind, stability: 0.0 }];
+        let without = vec![nothing.clone()];
+        let mut outcome = Outcome { nothing, best, without, rivals, stability: Vec::new() };
+        steadied(gap, &mut outcome, &Options::default());
+        (behind, [outcome.stability[0], outcome.rivals[0].stability])
+    }
+
+    fn is_near(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-3
+    }
+
+    #[test]
+    fn the_price_of_its_numbers_does_not_speak_against_what_is_likelier() {
+        let gap = |is_likelier| Levels { wave: 0.0, contains: false, is_likelier };
+        let price = (ROWS as f64).ln();
+        assert!(is_near(told(&gap(false)).0, price));
+        assert!(is_near(told(&gap(true)).0, 0.0));
+    }
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::rounds::FAR;
 use super::search::left_out;
 use super::steady::{judge, judge_told, steadied};
-use super::weighing::{is_sensible, weighed};
+use super::weighing::{behind, is_sensible};
 use super::{Hypothesis, Options, Outcome, Residuals};
 
 /// Judges an outcome by all rows of `gap`, and leaves out what they speak against, one at a time; `fitted` is what was searched in.
@@ -62,7 +62,6 @@ fn narrowed<G: Residuals>(
     let Outcome { nothing, best, without, rivals, .. } = &mut outcome;
     let beside = |at: usize| left_out(fitted, best, at).unwrap_or_else(|| nothing.clone());
     *without = (0..best.terms.len()).into_par_iter().map(beside).collect();
-    let here = weighed(fitted, best, options);
     // Those far behind are told by their names.
     rivals.retain_mut(|rival| {
         if rival.behind >= FAR * options.tie {
@@ -71,11 +70,7 @@ fn narrowed<G: Residuals>(
         let place = rival.hypothesis.terms.iter().position(|term| *term == out);
         let again = place.and_then(|place| left_out(fitted, &rival.hypothesis, place));
         let Some(again) = again.filter(|again| is_sensible(fitted, again)) else { return false };
-        rival.behind = weighed(fitted, &again, options) - here;
-        let chosen = &best.terms[rival.instead_of];
-        if again.terms.last().is_some_and(|other| fitted.contains(other, chosen)) {
-            rival.behind = rival.behind.max(options.tie);
-        }
+        rival.behind = behind(fitted, &again, (&*best, rival.instead_of), options);
         rival.hypothesis = again;
         true
     });

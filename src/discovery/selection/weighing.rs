@@ -89,6 +89,40 @@ pub(super) fn simplest<'a, G: Residuals>(
     others.find(stands_for).unwrap_or(chosen)
 }
 
+/// Returns how far behind `best` another explanation is, the last effect of which is in the place of the one at `at`.
+pub(super) fn behind<G: Residuals>(
+    gap: &G,
+    other: &Hypothesis<G::Term>,
+    (best, at): (&Hypothesis<G::Term>, usize),
+    options: &Options,
+) -> f64 {
+    let behind = weighed(gap, other, options) - weighed(gap, best, options);
+    // A more general law that explains the same is no rival, it is the same with more parameters.
+    match other.terms.last() {
+        Some(term) if gap.contains(term, &best.terms[at]) => behind.max(options.tie),
+        _ => behind - forgiven(gap, other, (best, at), options),
+    }
+}
+
+/// Returns how much of the price of its further numbers does not speak against another explanation: all of it where the effect is
+/// likelier in itself and leaves as little.
+pub(super) fn forgiven<G: Residuals>(
+    gap: &G,
+    other: &Hypothesis<G::Term>,
+    (best, at): (&Hypothesis<G::Term>, usize),
+    options: &Options,
+) -> f64 {
+    let chosen = &best.terms[at];
+    let is_likelier = |term| gap.is_likelier(term, chosen) && !gap.contains(term, chosen);
+    let price = other.cost() - best.cost();
+    let more = weighed(gap, other, options) - weighed(gap, best, options) - price;
+    if more < options.tie && other.terms.last().is_some_and(is_likelier) {
+        price.max(0.0)
+    } else {
+        0.0
+    }
+}
+
 /// Says how far behind each rival is; those far behind are kept as runners-up, the best few only.
 pub(super) fn compared<G: Residuals>(
     gap: &G,
@@ -116,15 +150,11 @@ pub(super) fn compared<G: Residuals>(
         if !fits || term == chosen {
             continue;
         }
-        rival.behind = weighed(gap, &rival.hypothesis, options) - weighed(gap, best, options);
-        // A more general law that explains the same is no rival, it is the same with more parameters;
-        // and what does not explain anything is none either.
+        rival.behind = behind(gap, &rival.hypothesis, (best, rival.instead_of), options);
+        // What does not explain anything is no rival either.
         let explains = without[rival.instead_of].evidence() - rival.hypothesis.evidence();
         if explains < options.least_gain {
             continue;
-        }
-        if gap.contains(term, chosen) && rival.behind < options.tie {
-            rival.behind = rival.behind.max(options.tie);
         }
         kept.push(rival);
     }
