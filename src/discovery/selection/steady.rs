@@ -42,7 +42,7 @@ impl<T: Clone + PartialEq + Send + Sync> Drawn<T> {
 }
 
 /// Works out for each effect chosen, and for each rival that comes near, the share of draws in which it pays and nothing
-/// else explains more in its place.
+/// else explains more in its place, but for a law of which the one chosen is a special case.
 pub(super) fn steadied<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, options: &Options) {
     let Outcome { best, without, rivals, stability, .. } = outcome;
     let mut chosen = Drawn::of(gap, best);
@@ -65,7 +65,9 @@ pub(super) fn steadied<G: Residuals>(gap: &G, outcome: &mut Outcome<G::Term>, op
             if let Some((winner, (_, h, site))) = winner
                 && pays(gap, h, site, rest, options)
             {
-                wins[winner] += 1;
+                // The law that contains the one chosen names it as well.
+                let is_of_chosen = gap.contains(&h.terms[site], &best.terms[at]);
+                wins[if is_of_chosen { 0 } else { winner }] += 1;
             }
         }
         let share = |wins: usize| wins as f64 / resample::DRAWS as f64;
@@ -261,6 +263,15 @@ mod tests {
 
     fn is_near(a: f64, b: f64) -> bool {
         (a - b).abs() < 1e-3
+    }
+
+    #[test]
+    fn draws_that_name_the_general_law_name_its_special_case() {
+        let gap = |contains| Levels { wave: 0.1, contains, is_likelier: false };
+        let (behind, [own, other]) = told(&gap(false));
+        assert!(behind < 0.0 && is_near(own, 0.0) && is_near(other, 1.0), "{behind}");
+        let (behind, [own, other]) = told(&gap(true));
+        assert!(behind > 0.0 && is_near(own, 1.0) && is_near(other, 0.0), "{behind}");
     }
 
     #[test]
