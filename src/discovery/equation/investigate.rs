@@ -119,7 +119,7 @@ pub fn investigate(
     notes.extend(about_work(&question.bench));
     notes.extend(about_stretches(&question.bench));
     notes.extend(about_trade(&search.nominal.fitted));
-    notes.extend(about_inputs(&question.bench, &compiled));
+    let of_inputs = notes.len();
     progress(wording::LOOKING, 0.95);
     if !question.explains_most(&search) {
         let tried = search.best.effects.iter().map(|e| (e.candidate.kind, e.candidate.at.as_str()));
@@ -135,6 +135,11 @@ pub fn investigate(
     } else {
         Vec::new()
     };
+    let is_open = !search.best.effects.is_empty() && question.widened(&mut search.best);
+    let about = about_inputs(&question.bench, &search.best.fitted.compiled, is_open);
+    if let Some(note) = about {
+        notes.insert(of_inputs, note);
+    }
     let report = Report {
         path,
         text,

@@ -35,6 +35,7 @@ mod features;
 pub mod unknown;
 mod power;
 mod profile;
+mod between;
 mod experiment;
 mod place;
 mod prepare;

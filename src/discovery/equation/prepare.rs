@@ -12,19 +12,16 @@ use super::investigate::Options;
 use super::simulate::{Hold, Scheme};
 use super::wording;
 
-/// What was assumed of the inputs, in words.
-pub(super) fn about_inputs(bench: &Bench, model: &Compiled) -> Option<String> {
+/// What was assumed of the inputs, in words: what is usual is told where an input acts late beside it, or where `is_open` says that
+/// straight lines between rows fit as well.
+pub(super) fn about_inputs(bench: &Bench, model: &Compiled, is_open: bool) -> Option<String> {
     if model.inputs.is_empty() || model.states.is_empty() {
         return None;
     }
     let Scheme { hold, shift, .. } = bench.scheme;
-    let is_curve = match hold {
-        Hold::Zero => return None,
-        Hold::Line => false,
-        Hold::Curve => true,
-    };
     let later = (shift.abs() >= 0.02 * bench.row).then_some(shift);
-    Some(wording::inputs_joined(is_curve, later))
+    let is_told = hold != Hold::Zero || later.is_some() || is_open || !model.delays.is_empty();
+    is_told.then(|| wording::inputs_between(hold, later, is_open.then_some(0.5 * bench.row)))
 }
 
 /// That the search was ended before it was over, in words.

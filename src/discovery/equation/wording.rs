@@ -1,10 +1,11 @@
 //! The sentences of an answer, and what is said while it is looked for. Numbers come in, nothing is decided here.
 
-use std::fmt::Display;
+use std::fmt::{Display, Write as _};
 
 use crate::units::significant;
 
 use super::super::finding::{Effect, Gap, Verdict};
+use super::simulate::Hold;
 
 /// Said while candidates are fitted.
 pub(super) const FITTING: &str = "fitting the model with every effect at every place";
@@ -269,19 +270,33 @@ pub(super) fn found(title: &str, std: f64) -> String {
     format!("{title}, found by gap: {sure}")
 }
 
-/// How inputs were joined between rows, and by how many seconds they act later than written, if they do.
-pub(super) fn inputs_joined(is_curve: bool, later: Option<f64>) -> String {
-    let joined = if is_curve {
-        "inputs follow smooth curves between rows, which fits best"
-    } else {
-        "inputs follow straight lines between rows, which fits best"
-    };
-    let Some(later) = later else { return joined.into() };
-    let way = if later > 0.0 { "later" } else { "earlier" };
-    format!(
-        "{joined}, and act {} s {way} than written; less than a row is a matter of how the recording was taken, and no effect",
-        significant(later.abs(), 2)
-    )
+/// What inputs did between rows, by how many seconds they act later than written, if they do, and half a row, s, where they are held
+/// and straight lines fit as well.
+pub(super) fn inputs_between(hold: Hold, later: Option<f64>, open: Option<f64>) -> String {
+    let mut text = match hold {
+        Hold::Zero if open.is_some() => "inputs are held between rows",
+        Hold::Zero => "inputs are held between rows, which fits best",
+        Hold::Line => "inputs follow straight lines between rows, which fits best",
+        Hold::Curve => "inputs follow smooth curves between rows, which fits best",
+    }
+    .to_owned();
+    if let Some(later) = later {
+        let way = if later > 0.0 { "later" } else { "earlier" };
+        let later = significant(later.abs(), 2);
+        let _ = write!(
+            text,
+            ", and act {later} s {way} than written; less than a row is a matter of how the recording was taken, and no effect"
+        );
+    }
+    if let Some(half) = open {
+        let half = significant(half, 2);
+        let _ = write!(
+            text,
+            "; straight lines between them fit as well: a delay would be half a row ({half} s) longer, which is in its +-, as in that of \
+             every number that this changes"
+        );
+    }
+    text
 }
 
 /// That the search was ended before it was over.
