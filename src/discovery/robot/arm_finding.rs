@@ -263,7 +263,7 @@ pub(super) fn different(gap: &ArmGap, words: &str, notes: Vec<String>) -> Findin
 pub(super) fn loaded(
     gap: &ArmGap,
     carried: &Carried,
-    who: &str,
+    who: &[&str],
     options: &Options,
     notes: Vec<String>,
 ) -> Finding {

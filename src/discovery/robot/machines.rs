@@ -100,7 +100,6 @@ fn bearing(gap: &mut ArmGap) -> Option<(Carried, bool)> {
     None
 }
 
-fn names(recordings: &[Recording]) -> String {
-    let names: Vec<&str> = recordings.iter().map(|recording| recording.name.as_str()).collect();
-    names.join(", ")
+fn names(recordings: &[Recording]) -> Vec<&str> {
+    recordings.iter().map(|recording| recording.name.as_str()).collect()
 }

@@ -92,20 +92,24 @@ pub(super) fn no_one_machine(words: &str) -> String {
 }
 
 /// That some recordings bear so much more than the others, kg, with its standard deviation.
-pub(super) fn bear_more(who: &str, mass: f64, std: f64) -> String {
+pub(super) fn bear_more(who: &[&str], mass: f64, std: f64) -> String {
+    let bear = if who.len() == 1 { "bears" } else { "bear" };
     format!(
-        "{who} bear {} ± {} kg more at the tool than the others; with it one model holds for all of them, so nothing else \
+        "{} {bear} {} ± {} kg more at the tool than the others; with it one model holds for all of them, so nothing else \
          is looked for: compare recordings with the same load",
+        who.join(", "),
         significant(mass, 3),
         significant(std, 1)
     )
 }
 
 /// That these recordings were held out and the others fitted, since two machines describe the two sets best.
-pub(super) fn parted(who: &str) -> String {
+pub(super) fn parted(who: &[&str]) -> String {
     format!(
-        "no model of one machine was found for all recordings, so {who} is held out and the others are fitted: so parted, two machines \
-         leave least"
+        "no model of one machine was found for all recordings, so {} {} held out and the others are fitted: so parted, two machines \
+         leave least",
+        who.join(", "),
+        if who.len() > 1 { "are" } else { "is" }
     )
 }
 
@@ -481,5 +485,16 @@ fn shape(feature: Feature, j: usize) -> String {
         Feature::FrictionTimesSine => format!("sin(q_{j})*sign(dq_{j})"),
         Feature::FrictionTimesCosine => format!("cos(q_{j})*sign(dq_{j})"),
         Feature::FrictionTimesLoad => format!("abs(load_{j})*sign(dq_{j})"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_recording_bears_and_several_bear() {
+        assert!(bear_more(&["b"], 0.999, 0.001).starts_with("b bears 0.999 ± 0.001 kg more"));
+        assert!(bear_more(&["b", "c"], 0.999, 0.001).starts_with("b, c bear 0.999"));
     }
 }
