@@ -74,6 +74,7 @@ const MEANT: &[(&str, &str)] = &[
     ("kilo", "kg"),
     ("newton", "N"),
     ("n", "N"),
+    ("mnm", "mN*m"),
     ("percent", "%"),
     ("pixel", "px"),
     ("hz", "Hz"),

@@ -30,6 +30,21 @@ fn units_become_si() {
     assert_eq!(r.column("tau_1", Dimension::TORQUE).unwrap(), [1.0, 2.0, 3.0]);
 }
 
+#[test]
+fn units_may_stand_in_a_second_header_line() {
+    let with = |first, units| read(&format!("{first};q_1\n{units}\n0;90\n10;180\n20;0\n"));
+    for units in ["ms;deg", "[ms];[deg]"] {
+        let r = with("t", units).unwrap();
+        assert_eq!(r.time, [0.0, 0.01, 0.02], "{units}: {:?}", r.notes);
+        let q = r.column("q_1", Dimension::ANGLE).unwrap()[1];
+        assert!((q - std::f64::consts::PI).abs() < 1e-12, "{units}");
+    }
+    assert_eq!(with("t[ms]", ";deg").unwrap().time, with("t[ms]", "ms;deg").unwrap().time);
+    let wrong = with("t[s]", "ms;deg").unwrap_err();
+    assert!(wrong.contains("second header line, of which `ms`"), "{wrong}");
+    assert!(with("t", "ms;mNm").unwrap_err().contains("write `mN*m`"));
+}
+
 /// Stamps of ROS as integers: `t[ns]` was no unit, and a number of 1.7e18 is exact to 256 ns only.
 #[test]
 fn nanoseconds_since_the_epoch_are_a_time() {

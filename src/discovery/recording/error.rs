@@ -117,6 +117,9 @@ pub enum Flaw {
     /// A row has the first number of cells, the header the second.
     #[error("the row has {0} cells, the header {1}")]
     Ragged(usize, usize),
+    /// A second header line has this cell, which is no unit that its column could have.
+    #[error("a second header line, of which `{0}` is not a unit for its column")]
+    SecondHeader(String),
     /// The map renames what is not there.
     #[error("`--map` renames `{theirs}`, which is not a column")]
     NotRenamed {
@@ -344,6 +347,11 @@ impl Flaw {
             }
             Self::Ragged(..) => {
                 "every row must have a cell per column; was the file cut off while being written?"
+            }
+            Self::SecondHeader(cell) => {
+                let meant = units::suggest_unit(cell);
+                let meant = meant.map_or(String::new(), |unit| format!("write `{unit}`, or "));
+                return format!("{meant}delete the line and write units in the first: `t[ms]`");
             }
             Self::NotRenamed { headers, .. } => {
                 return format!("the columns are {}", headers.join(", "));

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use super::{Error, Flaw, MOST_VALUES, Map, too_much};
-use crate::units;
+use crate::units::{self, Unit};
 
 /// A table of text.
 pub(in crate::discovery) struct Sheet {
@@ -96,7 +96,8 @@ pub(super) fn each_row(
         let flaw = Flaw::TooManyColumns(record.len(), MOST_COLUMNS);
         return Err(flaw.at(format!("{name}:1")));
     }
-    let columns = columns(name, &record, map)?;
+    let mut columns = columns(name, &record, map)?;
+    let mut is_first = true;
     while reader.read_record(&mut record).map_err(no_table)? {
         let line = record.position().map_or(0, |at| at.line() as usize);
         if record.len() == 1 && record.get(0).is_some_and(str::is_empty) {
@@ -108,6 +109,11 @@ pub(super) fn each_row(
         }
         if has_decimal_commas {
             record = record.iter().map(|cell| cell.replacen(',', ".", 1)).collect();
+        }
+        if std::mem::take(&mut is_first) && is_words(&record) {
+            let wrong = |cell| Flaw::SecondHeader(cell).at(format!("{name}:{line}"));
+            take_units(&mut columns, &record).map_err(wrong)?;
+            continue;
         }
         each(&columns, line, &record);
     }
@@ -139,4 +145,22 @@ fn columns(name: &str, header: &csv::StringRecord, map: &Map) -> Result<Vec<unit
         columns.push(column);
     }
     Ok(columns)
+}
+
+/// Returns whether cells say something and none of them is a number.
+fn is_words(row: &csv::StringRecord) -> bool {
+    row.iter().any(|cell| !cell.is_empty()) && row.iter().all(|cell| cell.parse::<f64>().is_err())
+}
+
+/// Takes the units of a second header line, bare or in brackets; where the first has one it is the same. Errors with the first cell
+/// that is none, or another.
+fn take_units(columns: &mut [units::Column], row: &csv::StringRecord) -> Result<(), String> {
+    for (column, cell) in columns.iter_mut().zip(row).filter(|(_, cell)| !cell.is_empty()) {
+        let read = Unit::parse(cell.trim_matches(['[', ']'])).ok();
+        column.unit = read.filter(|unit| column.unit.is_none_or(|own| own == *unit));
+        if column.unit.is_none() {
+            return Err(cell.to_owned());
+        }
+    }
+    Ok(())
 }
