@@ -36,6 +36,7 @@ pub mod unknown;
 mod power;
 mod profile;
 mod between;
+mod clock;
 mod experiment;
 mod place;
 mod prepare;

@@ -60,6 +60,9 @@ impl Report<'_> {
         if verdict == Verdict::Unknown && !effects.is_empty() {
             self.notes.push(wording::validity(&seen(self.question, shown)));
         }
+        if let Some(factor) = self.question.clock(&self.search.nominal, shown) {
+            self.notes.push(wording::another_clock(factor));
+        }
         let (open, fitted): (Vec<FittedParam>, Vec<FittedParam>) =
             fitted(shown, &self.search.nominal)
                 .into_iter()

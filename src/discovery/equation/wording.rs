@@ -299,6 +299,15 @@ pub(super) fn inputs_between(hold: Hold, later: Option<f64>, open: Option<f64>) 
     text
 }
 
+/// That times so many times as long as written explain the recordings as well as what was found.
+pub(super) fn another_clock(factor: f64) -> String {
+    format!(
+        "with times {} times as long as written the model as it is explains the recordings as well: check the clock, or the frame rate of \
+         the video, first",
+        significant(factor, 4)
+    )
+}
+
 /// That the search was ended before it was over.
 pub(super) fn stopped() -> String {
     "the search stopped at its work limit; fewer rows, or a model nearer to the machine, take less"
