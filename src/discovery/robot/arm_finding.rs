@@ -355,7 +355,7 @@ fn estimates_of(gap: &ArmGap, h: &Hypothesis<Term>, at: usize) -> Vec<ParameterE
     let from = gap.nuisance().len() + before;
     let count = h.terms[at].law.specs().len();
     let (term, own) = (&h.terms[at], &h.parameters[from..from + count]);
-    let fitted = h.covariance.view((from, from), (count, count));
+    let fitted = h.covariance.view((from, from), (count, count)).into_owned();
     let mut covariance = &fitted + gap.drives.covariance(term, own);
     // What the motion does not show stays open, whatever an ampere is worth.
     for i in (0..count).filter(|i| fitted[(*i, *i)] <= 0.0) {
