@@ -64,7 +64,7 @@ fn worked_on<'a>(start: &'a WorldState, steps: &'a [StepRecord]) -> BTreeSet<&'a
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use nalgebra::Vector3;
 
     use crate::trace::{Line, Outcome};
@@ -74,7 +74,7 @@ pub(super) mod tests {
     use super::*;
 
     /// A world in which things stand at these x and z, m, each known to so much, m.
-    pub(in crate::workcell) fn world(things: [(&str, f64, f64, f64); 3]) -> WorldState {
+    fn world(things: [(&str, f64, f64, f64); 3]) -> WorldState {
         let objects = things.map(|(name, x, z, std)| ObjectState {
             name: name.into(),
             world_from_object: Some(Pose::upright(x, 0.0, z, 0.0)),
@@ -94,7 +94,7 @@ pub(super) mod tests {
     }
 
     /// A step that pushes `red`, after which the world is this.
-    pub(in crate::workcell) fn pushed(measured: WorldState) -> StepRecord {
+    fn pushed(measured: WorldState) -> StepRecord {
         let line = Line {
             script: "shove.rhai".into(),
             line: 7,

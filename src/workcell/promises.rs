@@ -159,13 +159,13 @@ fn acted_on<'a>(before: &'a WorldState, steps: &'a [StepRecord]) -> BTreeSet<&'a
 mod tests {
     use nalgebra::Vector3;
 
-    use super::super::displaced::tests::{pushed, world};
     use super::*;
     use crate::graph::Role;
     use crate::language::ast::Item;
     use crate::language::parse;
+    use crate::trace::{Line, Outcome};
     use crate::world::object::vessel;
-    use crate::world::{Object, Shape, scene};
+    use crate::world::{Object, ObjectState, Pose, Shape, scene};
 
     fn table() -> Scene {
         let cube = |name: &str| {
@@ -175,9 +175,59 @@ mod tests {
         scene::bare(vec![cube("red"), cube("rider"), cube("can")])
     }
 
+    /// A world at a time, s: `rider` stands on `red`, `can` beside them.
     fn standing(time: f64) -> WorldState {
-        let things = [("red", 0.4, 0.0, 3e-4), ("rider", 0.4, 0.05, 3e-4), ("can", 0.6, 0.0, 4e-4)];
-        WorldState { time, ..world(things) }
+        let things = [("red", 0.4, 0.0), ("rider", 0.4, 0.05), ("can", 0.6, 0.0)];
+        let objects = things.map(|(name, x, z)| ObjectState {
+            name: name.into(),
+            world_from_object: Some(Pose::upright(x, 0.0, z, 0.0)),
+            std: 3e-4,
+            water: None,
+        });
+        WorldState {
+            time,
+            q: vec![0.0; 7],
+            opening: 0.08,
+            world_from_tool: Pose::upright(0.4, 0.0, 0.3, 0.0),
+            held: None,
+            objects: objects.to_vec(),
+            spilt: None,
+            unknown: Vec::new(),
+        }
+    }
+
+    /// A step that did this, after which nothing is held.
+    fn step(deed: Deed) -> StepRecord {
+        let line = Line {
+            script: "act.rhai".into(),
+            line: 7,
+            text: "arm.act();".into(),
+            does: "act".into(),
+            at_s: 0.0,
+            deed: Some(deed),
+        };
+        StepRecord {
+            number: 1,
+            path: "call/act".into(),
+            action: "act()".into(),
+            call: None,
+            outcome: Outcome::Success,
+            reason: None,
+            failure: None,
+            interval_s: [0.0, 1.0],
+            fluents: Vec::new(),
+            during: Vec::new(),
+            lines: vec![line],
+            planned_q: Vec::new(),
+            hamming: 0,
+            score: 1.0,
+            measured: standing(5.0),
+            twin: None,
+        }
+    }
+
+    fn push() -> StepRecord {
+        step(Deed::Pushed { object: "red".into() })
     }
 
     fn given(promised: &str) -> Condition {
@@ -208,7 +258,7 @@ mod tests {
     /// it had to stand where it was put aside as well.
     #[test]
     fn what_a_later_step_moved_does_not_fail_for_where_it_stood_between() {
-        let later = [pushed(standing(5.0))];
+        let later = [push()];
         let (yes, no) = (Some(true), Some(false));
         assert_eq!(told(&later, [[None, yes], [yes, no]]), "kept");
         assert_eq!(told(&later, [[None, None], [yes, no]]), "unknown: upright(red)");
@@ -232,16 +282,13 @@ mod tests {
         let is_past = |promised: &str, after: &WorldState, step: StepRecord| {
             parts(&given(promised), after, &[step], &table())[0].is_past
         };
-        let push = || pushed(standing(5.0));
         assert!(is_past("upright(rider)", &after, push()));
         assert!(is_past("not rests_on(any, table)", &after, push()));
         assert!(is_past("rests_on(can, next_to(red))", &after, push()));
         assert!(!is_past("rests_on(can, start_of(red))", &after, push()));
         assert!(!is_past("gripper.open", &after, push()));
-        let mut opens = push();
-        opens.lines[0].deed = Some(Deed::Released);
-        assert!(!is_past("upright(can)", &after, opens.clone()));
+        assert!(!is_past("upright(can)", &after, step(Deed::Released)));
         after.held = Some("can".into());
-        assert!(is_past("upright(can)", &after, opens));
+        assert!(is_past("upright(can)", &after, step(Deed::Released)));
     }
 }

@@ -13,7 +13,7 @@ const FOLLOWED: usize = 12;
 impl Question<'_> {
     /// Adds to each deviation of a hypothesis by how much its number is another where inputs follow straight lines between rows, if
     /// they are held and the recordings do not tell the two apart. Returns whether they do not.
-    pub(super) fn widened(&self, at: &mut Hypothesis) -> bool {
+    pub(super) fn doubt_between(&self, at: &mut Hypothesis) -> bool {
         let (compiled, train) = (&at.fitted.compiled, &at.fitted.train);
         let held = self.bench.scheme;
         if held.hold != Hold::Zero || compiled.inputs.is_empty() || compiled.states.is_empty() {
@@ -67,7 +67,7 @@ mod tests {
         let (floors, refused, whole) = (vec![0.0], Vec::new(), [1.0; 2]);
         let question = Question { bench, name: "m", given, floors, refused, whole };
         let mut at = question.judged(Vec::new(), fitted, None).unwrap();
-        let is_open = question.widened(&mut at);
+        let is_open = question.doubt_between(&mut at);
         (is_open, at.fitted.train.point.params[0], at.fitted.train.std[0])
     }
 

@@ -135,7 +135,7 @@ pub fn investigate(
     } else {
         Vec::new()
     };
-    let is_open = !search.best.effects.is_empty() && question.widened(&mut search.best);
+    let is_open = !search.best.effects.is_empty() && question.doubt_between(&mut search.best);
     let about = about_inputs(&question.bench, &search.best.fitted.compiled, is_open);
     if let Some(note) = about {
         notes.insert(of_inputs, note);

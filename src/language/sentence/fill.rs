@@ -12,10 +12,11 @@ use super::super::library::Scope;
 use super::super::parse::parse_line;
 use super::super::text;
 use super::knowledge::{Knowledge, Phrase, Thing, either};
+use super::meaning::Understood;
 use super::resolve::{self, Found, Hindrance};
 use super::share::{LEVEL, WHOLE};
 use super::template::{Template, Whole};
-use super::{Understood, relation, shift};
+use super::{relation, shift};
 
 /// What one template makes of a sentence.
 pub(super) enum Reading {

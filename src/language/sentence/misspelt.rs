@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 
 use super::super::parse::nearest;
 use super::knowledge::{Knowledge, Thing};
-use super::{LITTLE, Meaning, describe, meaning, question, relation};
+use super::meaning::Meaning;
+use super::{LITTLE, describe, meant, question, relation};
 
 /// Shorter words are near to too many.
 const SHORTEST: usize = 3;
@@ -37,7 +38,7 @@ pub(super) fn corrected(said: &str, with: &Knowledge<'_>) -> Option<String> {
     // Whether it can be done now is asked when somebody says so.
     let able = Knowledge { hindrance: &|_| None, ..*with };
     let is_understood = matches!(
-        meaning(&corrected, &able),
+        meant(&corrected, &able),
         Meaning::Clear(_) | Meaning::Ambiguous { .. } | Meaning::Asked { .. }
     );
     is_understood.then_some(corrected)

@@ -6,9 +6,9 @@
 use super::super::ast::FluentItem;
 use super::super::builtins::{self, Ty};
 use super::knowledge::{Knowledge, either};
+use super::meaning::{Meaning, words};
 use super::resolve::{self, Hindrance};
 use super::template::{Reach, Template};
-use super::{Meaning, words};
 
 /// The slot that stands for a vessel; every other stands for a thing.
 const VESSEL: &str = "v";

@@ -7,7 +7,8 @@
 use super::super::ast::ExprKind;
 use super::hand::{self, Hand};
 use super::knowledge::Knowledge;
-use super::{MOST_CHOICES, Meaning, Understood, alone, nearest_sentence, one};
+use super::meaning::{Meaning, Understood};
+use super::{MOST_CHOICES, alone, nearest_sentence, one};
 
 /// Words between two wishes; the longer before those that they hold.
 const JOINS: &[&str] = &[" and after that ", " after that ", " and then ", " then ", " and "];
