@@ -3,6 +3,7 @@
 pub(crate) mod bag;
 mod camera;
 mod carried;
+mod loaded;
 mod equation;
 mod held;
 mod industrial;

@@ -50,6 +50,8 @@ pub(super) use signs::Turned;
 pub(super) const BETTER: f64 = 0.9;
 /// A number is told if the data say more of it than the file does: its uncertainty fell to this part.
 const TOLD: f64 = 0.5;
+/// A number of a joint is told from the bodies' if it is this many times its standard deviation beside them.
+const SURE: f64 = 4.0;
 /// An angle so small that torques are linear in it, rad.
 const LITTLE: f64 = 1e-3;
 /// Speeds below which dry friction may give way, rad/s; the one that fits best is taken.
@@ -255,6 +257,14 @@ impl<'a> Freed<'a> {
         beside: &'a [&'a Range<usize>],
     ) -> Option<Self> {
         let free = problem.fit(&parts.only(&[&[&parts.bodies], beside].concat()))?;
+        // What is not sure beside the bodies is left to them: beside bodies that are fixed it would look sure.
+        let sure = |at: usize| {
+            let is_open = parts.joints.contains(&at);
+            !is_open || free.x[at].abs() > SURE * free.covariance[(at, at)].sqrt()
+        };
+        let all = [&[&parts.bodies], beside].concat().into_iter().flat_map(Range::clone);
+        let each: Vec<Range<usize>> = all.filter(|at| sure(*at)).map(|at| at..at + 1).collect();
+        let free = problem.fit(&parts.only(&each.iter().collect::<Vec<_>>()))?;
         let changes = consistent(problem, bodies, parts, &free)?;
         let with = problem.beside(&changes).fit(&parts.only(beside))?;
         Some(Self { beside, changes, free, with })

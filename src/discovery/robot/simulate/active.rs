@@ -1,18 +1,18 @@
 //! The effects of a list sorted by where they act: on the command, in a joint, on the bodies, at a sensor.
 //!
-//! What changes the bodies is linear in its parameters, so it is added up from torque columns that the
-//! model computes once.
+//! What changes the bodies is added up in `needed`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc as Shared;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::super::chain::{Chain, MOST_JOINTS, PointMass};
+use super::super::chain::MOST_JOINTS;
 use super::super::channels::Quantity;
 use super::super::term::{Law, Term, of_each, only};
 use super::friction::{By, Dry, Loop, Smooth};
 use super::model::Model;
+use super::needed::Needed;
 
 /// The effects sorted by where they act.
 pub(super) struct ActiveEffects {
@@ -90,7 +90,7 @@ impl ActiveEffects {
             active.needed = model.borne.of((terms, parameters), |(terms, parameters)| {
                 let mut needed = Needed::of_carried(model);
                 of_each(terms, parameters).for_each(|(term, p)| needed.add(term, p));
-                needed.by_point
+                needed.together()
             });
         }
         active
@@ -187,149 +187,4 @@ impl ActiveEffects {
         let turn = nalgebra::Rotation3::from_euler_angles(all[3], all[4], all[5]);
         self.turn *= turn.matrix();
     }
-}
-
-/// The torque an arm needs more than modelled, as effects on its bodies add to it.
-struct Needed<'a> {
-    model: &'a Model,
-    by_point: Vec<f64>,
-}
-
-impl<'a> Needed<'a> {
-    /// Returns whether a law changes what the bodies need.
-    fn is_of(model: &Model, law: Law) -> bool {
-        use Law::{Armature, BaseTilt, LinkLength, LinkMass, ObjectMass, Payload, ZeroOffset};
-        match law {
-            Payload | LinkMass | ObjectMass | Armature | BaseTilt | LinkLength => true,
-            ZeroOffset => model.feels_zeros(),
-            _ => false,
-        }
-    }
-
-    /// Returns what carrying took, as far as it is known.
-    fn of_carried(model: &'a Model) -> Self {
-        let mut by_point = model.carried.to_vec();
-        by_point.resize(model.course.plant.len * model.course.plant.n, 0.0);
-        Self { model, by_point }
-    }
-
-    fn add(&mut self, term: &Term, p: &[f64]) {
-        let j = term.joint;
-        match term.law {
-            Law::Payload => self.payload(p),
-            Law::LinkMass => self.link_mass(j, p[0]),
-            Law::ObjectMass => {
-                for load in self.model.loads.iter().filter(|load| load.thing == j) {
-                    self.accumulate(&load.per_kilogram, p[0]);
-                }
-            }
-            Law::Armature => self.rotor(j, p[0]),
-            Law::BaseTilt => self.tilt(p),
-            Law::ZeroOffset => self.turned(j, p[0]),
-            Law::LinkLength => self.lengthened(j, p),
-            _ => {}
-        }
-    }
-
-    /// A link weighs more, kg; its own mass tells how the new one is spread.
-    fn link_mass(&mut self, j: usize, more: f64) {
-        let own = self.model.arm.chain.bodies[j].mass;
-        if own > 0.0 {
-            let column = self.model.column((4, j, 0), 1.0, |chain| chain.bodies[j].thicken(1.0));
-            self.accumulate(&column, more / own);
-        }
-    }
-
-    /// A joint has a rotor, kg·m².
-    fn rotor(&mut self, j: usize, inertia: f64) {
-        let plant = &self.model.course.plant;
-        for (row, ddq) in self.by_point.chunks_mut(plant.n).zip(plant.ddq.chunks(plant.n)) {
-            row[j] += inertia * ddq[j];
-        }
-    }
-
-    /// The base leans by roll and pitch, rad.
-    fn tilt(&mut self, p: &[f64]) {
-        let gravity = &self.model.arm.chain.gravity;
-        let tilt = nalgebra::Rotation3::from_euler_angles(p[0], p[1], 0.0);
-        let along = tilt.inverse_transform_vector(gravity) - gravity;
-        for axis in 0..3 {
-            let column = self.model.column((0, 0, axis as u8), 1.0, |chain| {
-                chain.gravity[axis] += 1.0;
-            });
-            self.accumulate(&column, along[axis]);
-        }
-    }
-
-    /// A joint sits elsewhere in the link before it, m.
-    fn lengthened(&mut self, j: usize, p: &[f64]) {
-        for (axis, &by) in p.iter().enumerate() {
-            let column = self.model.column((1, j, axis as u8), 1e-3, |chain| {
-                lengthen(chain, j, axis, 1e-3);
-            });
-            self.accumulate(&column, by);
-        }
-    }
-
-    /// A point mass is linear in mass and mass times place.
-    fn payload(&mut self, p: &[f64]) {
-        let body = self.model.arm.chain.n() - 1;
-        let tip = self.model.arm.chain.body_from_tip;
-        // First moment about the body's origin, in its axes.
-        let mass = p[0];
-        let moment = tip.rotation * Vector3::new(p[1], p[2], p[3]) + mass * tip.translation.vector;
-        // A mass of nothing has no place; its inertia is nothing too.
-        let place = if mass.abs() > 1e-3 { moment / mass } else { Vector3::zeros() };
-        let column = self.model.column((2, body, 0), 1.0, |chain| {
-            chain.add_point(&PointMass { body, mass: 1.0, moment: Vector3::zeros() });
-        });
-        self.accumulate(&column, mass);
-        for axis in 0..3 {
-            let column = self.model.column((2, body, axis as u8 + 1), 1.0, |chain| {
-                let mut moment = Vector3::zeros();
-                moment[axis] = 1.0;
-                chain.add_point(&PointMass { body, mass: 0.0, moment });
-            });
-            self.accumulate(&column, moment[axis]);
-        }
-        for (at, (i, k)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate()
-        {
-            let column = self.model.column((3, body, at as u8), 1.0, |chain| {
-                let inertia = &mut chain.bodies[body].inertia;
-                // -[c]×[c]× = |c|² 1 - c cᵀ, entry by entry of c cᵀ.
-                if i == k {
-                    for d in (0..3).filter(|d| *d != i) {
-                        inertia[(d, d)] += 1.0;
-                    }
-                } else {
-                    inertia[(i, k)] -= 1.0;
-                    inertia[(k, i)] -= 1.0;
-                }
-            });
-            self.accumulate(&column, mass * place[i] * place[k]);
-        }
-    }
-
-    /// The links stand elsewhere than the encoder says, so they weigh otherwise.
-    fn turned(&mut self, joint: usize, by: f64) {
-        let plant = &self.model.course.plant;
-        for (at, to) in self.by_point.iter_mut().enumerate() {
-            *to += plant.stiffness[at * plant.n + joint] * by;
-        }
-    }
-
-    fn accumulate(&mut self, column: &[f64], factor: f64) {
-        if factor.abs() > 0.0 {
-            for (to, value) in self.by_point.iter_mut().zip(column) {
-                *to += factor * value;
-            }
-        }
-    }
-}
-
-/// Moves joint `j` along one axis of the link before it, m.
-pub(super) fn lengthen(chain: &mut Chain, j: usize, axis: usize, by: f64) {
-    let mut shift = Vector3::zeros();
-    shift[axis] = by;
-    chain.bodies[j].parent_from_body.translation.vector += shift;
 }

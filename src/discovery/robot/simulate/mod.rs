@@ -3,7 +3,7 @@
 //! [`Model::predict`] gives every channel of a recording. With a known controller the motion is simulated
 //! from the commands at the controller's rate (`closed_loop`); without one the measured motion is taken
 //! as it is, and torque and tip are predicted from it (`along`). `active` sorts the effects by where they
-//! act, `friction` has the laws of the joints, `sensors` turns a motion into readings. Which effects to
+//! act, `needed` adds up what the bodies need, `friction` has the laws of the joints, `sensors` turns a motion into readings. Which effects to
 //! try is not decided here.
 
 mod model;
@@ -11,6 +11,7 @@ mod active;
 mod along;
 mod closed_loop;
 mod friction;
+mod needed;
 mod recent;
 mod sensors;
 
@@ -25,7 +26,7 @@ use super::load::Load;
 use super::plant::{Arm, Course};
 use super::term::{Law, Term, only};
 use crate::discovery::selection::{ParameterSpec, Set};
-use model::{ColumnKey, GridPoint, Motion, Moving, REMEMBERED, STRAY};
+use model::{CROSSES, ColumnKey, GridPoint, Motion, Moving, REMEMBERED, STRAY};
 pub use model::{Model, is_in};
 use recent::Recent;
 
@@ -44,6 +45,7 @@ impl Model {
             arm,
             course,
             columns: Mutex::default(),
+            crosses: Recent::new(CROSSES),
             motions: Recent::new(REMEMBERED),
             borne: Recent::new(REMEMBERED),
             bare: OnceLock::new(),

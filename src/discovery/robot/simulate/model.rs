@@ -19,6 +19,8 @@ pub struct Model {
     /// The recording.
     pub course: Course,
     pub(super) columns: Mutex<BTreeMap<ColumnKey, Shared<Vec<f64>>>>,
+    /// What two changes take beyond both by themselves.
+    pub(super) crosses: Recent<(ColumnKey, ColumnKey), Vec<f64>>,
     /// The last few motions, each with the effects that moved it: effects of the sensors alone need no
     /// new simulation.
     pub(super) motions: Recent<Moving, Motion>,
@@ -60,6 +62,10 @@ pub(super) const STRAY: f64 = 0.03;
 
 /// How many motions are remembered, and how many torques that bodies need.
 pub(super) const REMEMBERED: usize = 4;
+
+/// How many torques that two changes to the bodies take together are remembered: those of a load beside the base's tilt and every
+/// joint's zero.
+pub(super) const CROSSES: usize = 64;
 
 /// What the simulation leaves behind.
 #[derive(Debug)]

@@ -6,8 +6,9 @@ use super::super::chain::MOST_JOINTS;
 use super::super::channels::Quantity;
 use super::super::plant::Course;
 use super::super::spline::Spline;
-use super::active::{ActiveEffects, lengthen};
+use super::active::ActiveEffects;
 use super::model::{Model, Motion};
+use super::needed::lengthen;
 use crate::discovery::recording::sidecar::TorqueSensor;
 
 /// Turns a motion into what the sensors read.

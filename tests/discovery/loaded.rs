@@ -1,0 +1,145 @@
+//! Torques of an arm with a load in its hand and one thing more, by the general algorithms of dynamics: each is named with its size, and
+//! nothing stands for the two together.
+
+use std::fmt::Write as _;
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use trueup::discovery::finding::{Finding, Value};
+use trueup::discovery::recording::{Map, Recording};
+use trueup::discovery::{Options, Subject, investigate};
+use trueup::motion::dynamics::{Bodies, Dynamics, GRAVITY};
+use trueup::motion::{Inertial, Robot};
+
+use crate::kitchen;
+
+/// What is hidden beside the load.
+#[derive(Clone, Copy, Default)]
+struct Hidden {
+    /// A spring at joint 2, N·m/rad.
+    spring: f64,
+    /// Joint 4 stands at its encoder plus this, rad.
+    zero: f64,
+    /// The sensor of joint 4 shows so much more than there is, a part of it.
+    gain: f64,
+    /// The base leans by roll and pitch, rad.
+    tilt: [f64; 2],
+}
+
+const MASS: f64 = 1.2;
+const COM: [f64; 3] = [0.01, -0.03, 0.09];
+
+/// 12 s in which every joint swings.
+fn recording(hidden: Hidden, seed: u64) -> Recording {
+    let robot = Robot::gen3();
+    let [roll, pitch] = hidden.tilt;
+    let gravity = Rotation3::from_euler_angles(roll, pitch, 0.0)
+        .inverse_transform_vector(&Vector3::new(0.0, 0.0, -GRAVITY));
+    let inertia = Matrix3::from_diagonal(&Vector3::repeat(4e-4));
+    let load = Inertial { mass: MASS, com: Vector3::from(COM), inertia };
+    let arm = Dynamics::new(&robot, Bodies::All).with_payload(load).with_gravity(gravity);
+    let mut state = seed;
+    let mut chance = move || {
+        let mut sum = 0.0;
+        for _ in 0..4 {
+            state = state.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(0x1405_7B7E_F767_814F);
+            sum += (state >> 40) as f64 / f64::from(1_u32 << 24) - 0.5;
+        }
+        sum * 3.0_f64.sqrt()
+    };
+    let mut csv = "t[s]".to_owned();
+    for (name, unit) in [("q", "rad"), ("dq", "rad/s"), ("tau", "N*m")] {
+        for joint in 1..=7 {
+            write!(csv, ",{name}_{joint}[{unit}]").unwrap();
+        }
+    }
+    csv.push('\n');
+    for row in 0..1200 {
+        let t = f64::from(row) * 0.01;
+        let (mut q, mut dq, mut ddq) = (kitchen::HOME, [0.0; 7], [0.0; 7]);
+        for j in 0..7 {
+            let (size, rate) = (0.5 - 0.02 * j as f64, 0.8 + 0.17 * j as f64);
+            let phase = j as f64 + 0.7 * (seed % 7) as f64;
+            q[j] += size * (rate * t + phase).sin();
+            dq[j] = size * rate * (rate * t + phase).cos();
+            ddq[j] = -size * rate * rate * (rate * t + phase).sin();
+        }
+        let tau = arm.inverse(&q, &dq, &ddq).unwrap();
+        write!(csv, "{t:.3}").unwrap();
+        for (j, q) in q.iter().enumerate() {
+            let read = q - if j == 3 { hidden.zero } else { 0.0 };
+            write!(csv, ",{:.6}", read + 5e-5 * chance()).unwrap();
+        }
+        for dq in dq {
+            write!(csv, ",{:.6}", dq + 1e-3 * chance()).unwrap();
+        }
+        for j in 0..7 {
+            let spring = if j == 1 { hidden.spring * q[j] } else { 0.0 };
+            let gain = if j == 3 { 1.0 + hidden.gain } else { 1.0 };
+            write!(csv, ",{:.5}", gain * (tau[j] + spring) + 0.08 * chance()).unwrap();
+        }
+        csv.push('\n');
+    }
+    let sidecar = r#"{"torque_sensor": "link"}"#;
+    let name = format!("loaded {seed}");
+    Recording::read(&name, &csv, Some(("sidecar", sidecar)), &Map::default()).unwrap()
+}
+
+/// Finds the load and this effect, and no other; returns the effect's numbers.
+fn beside_the_load(hidden: Hidden, name: &str, at: &str, number: &str) -> Vec<f64> {
+    let robot = Robot::gen3();
+    let recordings = [recording(hidden, 1), recording(hidden, 2)];
+    let subject = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings, subject, &Options::default(), &mut |_, _| {}).unwrap();
+    let finding = found.finding;
+    let named = |name: &str, at: &str| -> Vec<f64> {
+        let is = |found: &&trueup::discovery::finding::Effect| found.name == name && found.at == at;
+        let found = finding.effects.iter().find(is);
+        let found = found.unwrap_or_else(|| panic!("no {name}: {:#?}", finding.effects));
+        let values = found.parameters.iter().filter(|(own, _)| own.contains(number));
+        values
+            .filter_map(|(_, parameter)| match &parameter.value {
+                Value::Number(value) => Some(*value),
+                Value::Vector(_) => None,
+            })
+            .collect()
+    };
+    let other = named(name, at);
+    assert_eq!(finding.effects.len(), 2, "{:#?}", finding.effects);
+    let mass = mass(&finding);
+    assert!((mass - MASS).abs() < 0.01, "{mass} kg");
+    other
+}
+
+fn mass(finding: &Finding) -> f64 {
+    let load = finding.effects.iter().find(|effect| effect.name == "payload");
+    let load = load.unwrap_or_else(|| panic!("no load: {:#?}", finding.effects));
+    match &load.parameters["mass"].value {
+        Value::Number(value) => *value,
+        Value::Vector(values) => panic!("{values:?}"),
+    }
+}
+
+#[test]
+fn a_load_beside_a_spring_is_no_other_links() {
+    let hidden = Hidden { spring: 20.0, ..Hidden::default() };
+    let found = beside_the_load(hidden, "linear_stiffness", "joint_2", "coefficient");
+    assert!((found[0] - 20.0).abs() < 0.2, "{found:?} N·m/rad");
+}
+
+#[test]
+fn a_load_beside_a_sensor_s_gain_is_told_with_it() {
+    let hidden = Hidden { gain: 0.06, ..Hidden::default() };
+    let found = beside_the_load(hidden, "torque_gain", "joint_4", "gain");
+    assert!((found[0] - 1.06).abs() < 0.003, "{found:?}");
+}
+
+/// A load on a joint that stands elsewhere, or on a base that leans, pulls elsewhere than the file's bodies do.
+#[test]
+fn a_load_is_borne_by_the_arm_as_it_stands() {
+    let hidden = Hidden { zero: 0.02, ..Hidden::default() };
+    let found = beside_the_load(hidden, "joint_zero_offset", "joint_4", "angle");
+    assert!((found[0] - 0.02).abs() < 0.001, "{found:?} rad");
+    let hidden = Hidden { tilt: [0.03, -0.02], ..Hidden::default() };
+    let found = beside_the_load(hidden, "base_tilt", "base", "");
+    assert!((found[0] + 0.02).abs() < 0.001 || (found[0] - 0.03).abs() < 0.001, "{found:?} rad");
+}
