@@ -3,6 +3,8 @@
 //! A line is appended to the results file after every trial, so what was done is kept whatever happens, and
 //! the same command goes on where it ended.
 
+mod merge;
+
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -33,6 +35,7 @@ use super::shared::{CellArgs, Common, Shared};
 use super::signals::{is_interrupted, stop_on_interrupt, watch_interrupt};
 use super::{arm, numbers};
 use crate::report::exit::Exit;
+use merge::{MergeArgs, merged};
 
 /// Carry out a task in one laboratory after the other, and count.
 #[derive(Debug, Args)]
@@ -65,15 +68,6 @@ pub(super) struct TrialsArgs {
 enum TrialsCommand {
     /// Make one table of results files, or of folders that hold some.
     Merge(MergeArgs),
-}
-
-#[derive(Debug, Args)]
-struct MergeArgs {
-    /// `trials*.jsonl`, or folders that hold some.
-    #[arg(required = true)]
-    files: Vec<PathBuf>,
-    #[command(flatten)]
-    told: Told,
 }
 
 /// How the table is told.
@@ -278,7 +272,7 @@ struct Work {
 
 impl Work {
     fn new(task: &str, args: &TrialsArgs, cli: &Shared, style: Style) -> Result<Self, Failure> {
-        let is_file = Path::new(task).is_file();
+        let is_file = is_meant_as_file(task);
         let text = if is_file { read(Path::new(task))? } else { task.to_owned() };
         let source = Source::new(if is_file { task } else { "command line" }, text);
         let steps = steps(&source, is_file, style)?;
@@ -428,6 +422,13 @@ impl Work {
     }
 }
 
+/// Whether a task is the name of a script, be it there or not; a call may have a `/` in its brackets.
+fn is_meant_as_file(task: &str) -> bool {
+    let path = Path::new(task);
+    let is_script = path.extension().is_some_and(|ending| ending == "task");
+    path.is_file() || is_script || (task.contains('/') && !task.contains('('))
+}
+
 fn is_done(kept: &[Trial], set: &[u8], seed: u64) -> bool {
     kept.iter().any(|trial| trial.without == set && trial.seed == seed)
 }
@@ -441,57 +442,4 @@ fn setup(source: &Source, cli: &Shared) -> Result<String, Failure> {
     texts.extend([scene.as_deref().unwrap_or_default(), lab.as_deref().unwrap_or_default()]);
     texts.extend(stdlib.tasks().flat_map(|(path, text)| [path, text]));
     Ok(lines::fingerprint(&texts))
-}
-
-/// `trueup trials merge FILES…`.
-fn merged(args: &MergeArgs, style: Style) -> Result<Exit, Failure> {
-    let mut files = Vec::new();
-    for path in &args.files {
-        if !path.is_dir() {
-            files.push(path.clone());
-            continue;
-        }
-        let entries = std::fs::read_dir(path).map_err(|error| Failure::unread(path, &error))?;
-        let is_results = |path: &PathBuf| {
-            let name = path.file_stem().and_then(|name| name.to_str()).unwrap_or_default();
-            name.starts_with("trials") && path.extension().is_some_and(|ending| ending == "jsonl")
-        };
-        files.extend(entries.flatten().map(|entry| entry.path()).filter(is_results));
-    }
-    files.sort();
-    let mut trials: Vec<Trial> = Vec::new();
-    for file in &files {
-        let (kept, _) =
-            lines::read::<Trial>(file).map_err(|error| Failure::unread(file, &error))?;
-        let first = trials.first().map(|trial| trial.setup.clone());
-        let differs = |trial: &&Trial| first.as_ref().is_some_and(|first| *first != trial.setup);
-        if let Some(other) = kept.iter().find(differs) {
-            return Err(Failure::input(
-                "trials::setup",
-                format!(
-                    "these trials, of {}, were made with something else than the first",
-                    other.task
-                ),
-            )
-            .at(file.display().to_string())
-            .help("make one table of each setup"));
-        }
-        trials.extend(kept);
-    }
-    if trials.is_empty() {
-        return Err(Failure::input("trials::none", "there is no trial in these files")
-            .help("`trueup trials --task FILE --out DIR` keeps them in DIR/trials.jsonl"));
-    }
-    #[cfg(feature = "arrow")]
-    write_parquet(&trials, &args.told, style)?;
-    if style.json {
-        let rows = table(&trials, args.told.leak);
-        style.document(&json!({
-            "task": trials[0].task, "leak_ml": args.told.leak, "done": trials.len(), "rows": rows,
-            "trials": trials,
-        }));
-    } else {
-        tell(&trials, &args.told, style);
-    }
-    Ok(Exit::Yes)
 }

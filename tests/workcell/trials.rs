@@ -223,6 +223,9 @@ fn what_cannot_be_tried_is_said() {
     assert_eq!(code(&["--task", "look()", "--shard", "3/2"]), "usage");
     assert_eq!(code(&["--task", "look()", "--robot", "kortex://me@10.0.0.9"]), "trials::robot");
     assert_eq!(code(&["--task", "lok()"]), "task::unknown_name");
+    for none in ["nofile.task", "scripts/nofile"] {
+        assert_eq!(code(&["--task", none]), "io::missing", "{none}");
+    }
     assert_eq!(code(&["--task", "look()", "--ablate", "4"]), "usage::regression");
     scratch.file("empty/trials.jsonl", "");
     assert_eq!(code(&["merge", "empty"]), "trials::none");
