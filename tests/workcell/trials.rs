@@ -56,6 +56,26 @@ fn trials_are_a_table_in_parquet() {
 }
 
 #[test]
+fn a_part_that_is_missing_is_told() {
+    let scratch = Scratch::new("trials-parts");
+    let line = |seed| serde_json::to_string(&trial(seed, 150.0, 4.0, 0.5)).unwrap() + "\n";
+    let told = |name: &str, seed| {
+        scratch.file(name, line(seed));
+        let said = scratch.trueup(&["trials", "merge", "t"]);
+        assert_eq!(said.code, 0, "{said:?}");
+        said.err
+    };
+    let said = told("t/trials-1of2.jsonl", 1);
+    assert!(said.contains("part 2 of 2 is not among these files"), "{said}");
+    let said = told("t/trials-2of2.jsonl", 2);
+    assert!(!said.contains("not among"), "{said}");
+    let said = told("t/trials-2of4.jsonl", 3);
+    assert!(said.contains("parts 1, 3, 4 of 4 are not among these files"), "{said}");
+    let said = told("t/trials-1of18446744073709551615.jsonl", 4);
+    assert!(said.contains("18446744073709551614 of 18446744073709551615 parts are"), "{said}");
+}
+
+#[test]
 fn a_pour_counts_as_the_paper_counts() {
     let clean = trial(1, 150.0, 4.0, 0.0);
     assert_eq!((clean.picked, clean.poured), (Some(true), Some(true)));
