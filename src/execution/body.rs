@@ -70,6 +70,9 @@ pub trait Body: Send {
     /// Takes note of how a grip on `aim` ended.
     fn gripped(&mut self, grip: Grip, aim: Option<&str>) -> Result<(), DeviceError>;
 
+    /// Takes note that somebody was pulling at a thing when the fingers let it go: where it is nobody knows until a look shows it.
+    fn given(&mut self, _o: &str) {}
+
     /// Takes note of the mass in the hand, kg.
     fn weighed(&mut self, mass: f64);
 

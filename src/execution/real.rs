@@ -296,6 +296,10 @@ impl Body for RealBody {
         Ok(())
     }
 
+    fn given(&mut self, o: &str) {
+        self.belief.lost(o);
+    }
+
     fn cut_short(&mut self) {
         // An arm that does not answer leaves what is known of its lean.
         let _ = self.state();

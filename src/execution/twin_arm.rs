@@ -1,5 +1,6 @@
-//! `Arm` over the twin, and the twin as a body whose whole state is known.
+//! `Arm` over the twin, and the twin as a body whose whole state is known, but for where what somebody took is.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::twin::Twin;
@@ -60,30 +61,47 @@ impl Plant for TwinPlant {
     }
 }
 
-/// The twin as a body: nothing is hidden, nothing needs correcting.
+/// The twin as a body: nothing is hidden but what has been given away, nothing needs correcting.
 pub struct TwinBody {
     arm: TwinArm,
     twin: SharedTwin,
+    /// What somebody took, and no look has shown since.
+    given: BTreeSet<String>,
 }
 
 impl TwinBody {
     /// Takes a twin in a context.
     pub fn new(twin: SharedTwin) -> Self {
-        Self { arm: Ticked::new(TwinPlant(twin.clone())), twin }
+        Self { arm: Ticked::new(TwinPlant(twin.clone())), twin, given: BTreeSet::new() }
     }
 }
 
-/// Everything is known in the twin, at any time.
-struct TwinSight(SharedTwin);
+/// What is known in the twin is known at any time.
+struct TwinSight {
+    twin: SharedTwin,
+    given: BTreeSet<String>,
+}
 
 impl Sight for TwinSight {
     fn state(&mut self, _feedback: &Feedback) -> WorldState {
-        lock(&self.0).state()
+        known(&self.twin, &self.given)
     }
 
     fn contact(&self, a: &str, b: &str) -> Option<bool> {
-        Some(touch(&self.0, a, b))
+        Some(touch(&self.twin, a, b))
     }
+}
+
+/// Returns the world of the twin, without the places of what was given away: as on an arm, nobody knows them.
+fn known(twin: &SharedTwin, given: &BTreeSet<String>) -> WorldState {
+    let mut state = lock(twin).state();
+    let held = state.held.clone();
+    let is_away = |name: &String| given.contains(name) && held.as_ref() != Some(name);
+    for object in state.objects.iter_mut().filter(|object| is_away(&object.name)) {
+        object.world_from_object = None;
+        object.std = f64::INFINITY;
+    }
+    state
 }
 
 /// Returns whether two things touch; the gripper touches what any of its jaws touches.
@@ -103,19 +121,34 @@ impl Body for TwinBody {
     }
 
     fn sight(&self) -> Box<dyn Sight> {
-        Box::new(TwinSight(self.twin.clone()))
+        Box::new(TwinSight { twin: self.twin.clone(), given: self.given.clone() })
     }
 
     fn state(&mut self) -> Result<WorldState, DeviceError> {
-        Ok(lock(&self.twin).state())
+        Ok(known(&self.twin, &self.given))
     }
 
     fn look(&mut self) -> Result<(), DeviceError> {
+        // What stands on something is seen again.
+        let scene = lock(&self.twin).scene().clone();
+        let twin = &self.twin;
+        self.given.retain(|name| {
+            let others = scene.objects.iter().map(|other| other.name.as_str());
+            let mut below = others.filter(|other| *other != name.as_str()).chain(["table"]);
+            !below.any(|other| touch(twin, name, other))
+        });
         Ok(())
     }
 
-    fn gripped(&mut self, _grip: Grip, _aim: Option<&str>) -> Result<(), DeviceError> {
+    fn gripped(&mut self, _grip: Grip, aim: Option<&str>) -> Result<(), DeviceError> {
+        if let Some(aim) = aim {
+            self.given.remove(aim);
+        }
         Ok(())
+    }
+
+    fn given(&mut self, o: &str) {
+        self.given.insert(o.to_owned());
     }
 
     fn weighed(&mut self, _mass: f64) {}

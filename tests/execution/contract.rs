@@ -275,3 +275,22 @@ fn a_body_lends_the_very_arm_of_its_twin() {
     assert!((time - 0.1).abs() < 0.005, "{time}");
     assert_eq!(body.state().unwrap().time.to_bits(), time.to_bits());
 }
+
+/// Where somebody took something nobody knows, in the twin either, until a look shows it standing.
+#[test]
+fn what_was_given_is_nowhere_in_the_twin_until_it_is_seen_standing() {
+    let cell = cell();
+    let mut body = TwinBody::new(twin(&cell.scene, &state(&HOME, JAR)));
+    body.arm().wait(0.2, &Cancel::default(), &mut |_| {}).unwrap();
+    let has_place = |body: &mut TwinBody| {
+        let (now, feedback) = (body.state().unwrap(), body.arm().feedback().unwrap());
+        let seen = body.sight().state(&feedback);
+        [now, seen].map(|state| state.object("jar").unwrap().world_from_object.is_some())
+    };
+    assert_eq!(has_place(&mut body), [true; 2]);
+    body.given("jar");
+    assert_eq!(has_place(&mut body), [false; 2]);
+    assert!(body.state().unwrap().object("cup").unwrap().world_from_object.is_some());
+    body.look().unwrap();
+    assert_eq!(has_place(&mut body), [true; 2], "nobody took it: it stands on the table");
+}

@@ -6,6 +6,7 @@ mod drawer;
 mod during;
 mod film;
 mod fork;
+mod given;
 mod lines;
 mod links;
 mod places;

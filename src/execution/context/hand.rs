@@ -61,11 +61,15 @@ impl ActionContext {
         let felt = self.run.rest.is_some();
         let grip = self.grip(to, OPEN_FORCE)?;
         let is_wider = width.is_none() || grip.opening > before.opening + LET_GO;
-        if let Some(held) = held.filter(|_| is_wider) {
-            self.run.past.worked.released(&held, before.time, felt);
+        let let_go = held.filter(|_| is_wider);
+        if let Some(held) = &let_go {
+            self.run.past.worked.released(held, before.time, felt);
         }
         if is_wider || self.body.state()?.held.is_none() {
             self.body.gripped(grip, None)?;
+        }
+        if let Some(given) = let_go.filter(|o| self.run.past.worked.handed(o) == Some(true)) {
+            self.body.given(&given);
         }
         Ok(())
     }
