@@ -15,6 +15,8 @@ const FINGER_SPEED: f64 = 0.06;
 const OPEN_FORCE: f64 = 60.0;
 /// Fingers that have opened by so much hold nothing any more, m: pads give way by less.
 const LET_GO: f64 = 0.002;
+/// What is let go lower than this above what is below it comes to stand there, whoever pulled at it, m: as `Belief` has it.
+const LET_DOWN: f64 = 0.03;
 /// What a grip's progress is counted in, s: nobody knows beforehand how long it takes.
 const GRIP: f64 = 1.0;
 
@@ -68,10 +70,24 @@ impl ActionContext {
         if is_wider || self.body.state()?.held.is_none() {
             self.body.gripped(grip, None)?;
         }
-        if let Some(given) = let_go.filter(|o| self.run.past.worked.handed(o) == Some(true)) {
-            self.body.given(&given);
+        if let Some(o) = let_go.filter(|o| self.run.past.worked.handed(o) == Some(true))
+            && !self.is_down(&o)?
+        {
+            self.body.given(&o);
         }
         Ok(())
+    }
+
+    /// Whether a thing stands where the fingers let it go, on the table or on another; a drawer always does.
+    fn is_down(&mut self, o: &str) -> Result<bool, ActionError> {
+        let state = self.body.state()?;
+        let scene = &self.setting.cell.scene;
+        let pose = state.object(o).and_then(|known| known.world_from_object);
+        let stands = scene.object(o).zip(pose).is_some_and(|(object, pose)| {
+            let below = support::below(scene, &state.objects, object, &pose);
+            pose.origin().z - below.height < LET_DOWN
+        });
+        Ok(stands || scene.drawer(o).is_some())
     }
 
     /// `arm.close(o, force)`: fingers closed on `o` with at most `force` N.
@@ -138,7 +154,7 @@ impl ActionContext {
     /// [`Refusal::NotHeld`] of what is not in the hand.
     pub fn stands(&mut self, o: &str) -> Result<bool, ActionError> {
         /// Where it was to be let down to, with room for what a calibrated arm is off, m.
-        const LET_DOWN: f64 = 0.004;
+        const DOWN: f64 = 0.004;
         /// So much less than nothing the hand bears when the arm presses, kg. Chosen: a newton; one weighing of half a second is
         /// off by 1.2 g (`docs/lab.md`).
         const PRESSES: f64 = -0.1;
@@ -152,7 +168,7 @@ impl ActionContext {
         };
         let below = support::below(&self.setting.cell.scene, &state.objects, object, &pose);
         let drop = pose.origin().z - below.height;
-        if drop < LET_DOWN || self.hangs(FEELS)? > PRESSES {
+        if drop < DOWN || self.hangs(FEELS)? > PRESSES {
             return Ok(false);
         }
         self.body.stands(drop)?;
