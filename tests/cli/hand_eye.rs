@@ -134,6 +134,7 @@ fn rendered_pictures_of_a_fixed_camera_and_what_its_table_gets_wrong() {
     assert!(said.error("help").contains("w, x, y, z"), "{said:?}");
     let said = run("poses.csv", &["--json", "--camera", "wrist"]);
     assert!(said.error("help").contains("flange_from_base"), "{said:?}");
+    assert!(said.error("help").ends_with("or with `--camera fixed`"), "{said:?}");
 
     // The names stand in the reverse order of the poses.
     let named = |(i, row): (usize, &String)| format!("{row},a{}.png", i + 1);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use crate::alignment::boards::Target;
-use crate::alignment::hand_eye::table::{FlangePose, Table};
+use crate::alignment::hand_eye::table::{FlangePose, Reading, Table};
 use crate::alignment::hand_eye::{self, Error, HandEye, Known, Mount, Options, View};
 use crate::alignment::intrinsics::{self, lens};
 use crate::files::write;
@@ -95,7 +95,7 @@ pub(super) fn hand_eye(
     let answer = hand_eye::solve(&views(&poses), &camera, &options).map_err(|error| {
         let other =
             |poses: &[FlangePose]| hand_eye::solve(&views(poses), &camera, &options).is_ok();
-        failure(&error, &table, &other).at(&place)
+        failure(&error, &table, mount, &other).at(&place)
     })?;
     told(args, &answer, &left, scene_file, style)
 }
@@ -275,7 +275,12 @@ fn natural(a: &str, b: &str) -> Ordering {
 
 /// Words why there is no answer; for a table that does not fit, or whose turns tell nothing, whether it would if it were read
 /// another way.
-fn failure(error: &Error, table: &Table, fits: &dyn Fn(&[FlangePose]) -> bool) -> Failure {
+fn failure(
+    error: &Error,
+    table: &Table,
+    said: Option<Mount>,
+    fits: &dyn Fn(&[FlangePose]) -> bool,
+) -> Failure {
     let reading = match error {
         Error::NoFit { .. } | Error::NotTurned { .. } | Error::OneAxis { .. } => {
             table.readings().into_iter().find(|(_, poses)| fits(poses)).map(|(reading, _)| reading)
@@ -289,7 +294,16 @@ fn failure(error: &Error, table: &Table, fits: &dyn Fn(&[FlangePose]) -> bool) -
                 format!("poses and pictures do not belong together: as the table is read, {error}")
             }
         };
-        let help = format!("the table would fit if {reading}");
+        // A camera on the wrist has the equations of a fixed one with each pose inverted: no picture tells which was meant.
+        let help = match (reading, said) {
+            (Reading::Inverse, Some(Mount::Fixed)) => {
+                format!("the table would fit with `--camera wrist`, or if {reading}")
+            }
+            (Reading::Inverse, Some(Mount::Wrist)) => {
+                format!("the table would fit if {reading}, or with `--camera fixed`")
+            }
+            _ => format!("the table would fit if {reading}"),
+        };
         return Failure::input("align::poses", message).help(help);
     }
     let turned = "take pictures with the wrist turned by 20 to 40 deg about two or more axes, the board in each";
@@ -343,6 +357,25 @@ mod tests {
         let mut names = ["b1", "a10", "a2", "a02b", "a"];
         names.sort_by(|a, b| natural(a, b));
         assert_eq!(names, ["a", "a2", "a02b", "a10", "b1"]);
+    }
+
+    /// Right poses of a camera on the wrist with `--camera fixed` were told to be inverse ones, and nothing else.
+    #[test]
+    fn poses_that_fit_when_inverted_fit_the_other_mount_as_well() {
+        let table =
+            Table::read("x[m],y[m],z[m],qw,qx,qy,qz\n0.5,0,0.3,1,0,0,0\n0.4,0,0.3,0,1,0,0\n")
+                .unwrap();
+        let help = |mount, said| {
+            let error = Error::NoFit { mount, rotation: 0.5, position: 0.2 };
+            failure(&error, &table, said, &|_: &[FlangePose]| true).help.unwrap()
+        };
+        let fixed = help(Mount::Fixed, Some(Mount::Fixed));
+        assert!(fixed.starts_with("the table would fit with `--camera wrist`, or if"), "{fixed}");
+        assert!(fixed.contains("flange_from_base"), "{fixed}");
+        let wrist = help(Mount::Wrist, Some(Mount::Wrist));
+        assert!(wrist.contains("flange_from_base"), "{wrist}");
+        assert!(wrist.ends_with(", or with `--camera fixed`"), "{wrist}");
+        assert!(!help(Mount::Wrist, None).contains("--camera"));
     }
 
     #[test]
