@@ -213,7 +213,7 @@ fn folder(root: &Path) -> Finding {
 fn arm(cli: &Shared, style: Style) -> Result<Vec<Finding>, Failure> {
     match arm::at(&cli.cell.robot)? {
         #[cfg(feature = "kortex")]
-        ArmAt::Kortex(target) => gen3(&target, &cli.cell.robot, style).map(|found| vec![found]),
+        ArmAt::Kortex(target) => Ok(vec![gen3(&target, &cli.cell.robot, style)]),
         ArmAt::Bridge(target) => behind(&target, cli),
         ArmAt::Inside => {
             let says = match cli.cell.robot.as_str() {
@@ -227,20 +227,28 @@ fn arm(cli: &Shared, style: Style) -> Result<Vec<Finding>, Failure> {
 
 /// Asks a Gen3 how it is; nothing moves.
 #[cfg(feature = "kortex")]
-fn gen3(target: &kortex::Target, robot: &str, style: Style) -> Result<Finding, Failure> {
-    let (place, open) = kortex::supervised(robot, style)?;
+fn gen3(target: &kortex::Target, robot: &str, style: Style) -> Finding {
+    let (place, open) = match kortex::supervised(robot, style) {
+        Ok(open) => open,
+        // Without a password nobody can ask it; the rest is looked at all the same.
+        Err(failure) => {
+            let finding =
+                Finding::new("arm", State::Away, format!("{target}: {}", failure.message));
+            return Finding { help: failure.help, ..finding };
+        }
+    };
     let status = Supervisor::open(&open.0, open.1, &open.2, PATIENCE).and_then(|arm| arm.status());
     let status = match status {
         Ok(status) => status,
         Err(error) => {
             let says = format!("{place}: {error}");
-            return Ok(Finding::new("arm", State::Away, says).help(error.help()));
+            return Finding::new("arm", State::Away, says).help(error.help());
         }
     };
     if let Some(fault) = status.faults.first() {
         let says = format!("{place}: in fault: {fault}");
-        return Ok(Finding::new("arm", State::Wrong, says)
-            .help("`trueup kortex clear-faults`, once the cause is gone"));
+        return Finding::new("arm", State::Wrong, says)
+            .help("`trueup kortex clear-faults`, once the cause is gone");
     }
     // The session that looks is one of those that are listed.
     let others: Vec<&String> = status.about.connected.iter().skip(1).collect();
@@ -252,12 +260,12 @@ fn gen3(target: &kortex::Target, robot: &str, style: Style) -> Result<Finding, F
         };
         let all: Vec<&str> = status.about.connected.iter().map(String::as_str).collect();
         let says = format!("{target}: {by}; sessions {}", all.join(", "));
-        return Ok(Finding::new("arm", State::Mind, says)
-            .help("close the web application and other programs before the arm is to move"));
+        return Finding::new("arm", State::Mind, says)
+            .help("close the web application and other programs before the arm is to move");
     }
     let says =
         format!("{target}: {} joints, no faults, not commanded by anyone", status.about.joints);
-    Ok(Finding::new("arm", State::Well, says))
+    Finding::new("arm", State::Well, says)
 }
 
 /// How much time is let pass behind a bridge, to see its clock go on, s.

@@ -165,6 +165,22 @@ fn what_is_missing_for_a_real_arm_is_told_before_anything_is_tried() {
     assert_eq!(run("kortex://admin@host:x", &camera, None), says(2, "robot::address"));
 }
 
+/// It ended with one line, and nothing else was looked at.
+#[test]
+fn a_doctor_without_the_password_looks_at_the_rest() {
+    let scratch = Scratch::new("cli-kortex-doctor");
+    let args = ["doctor", "--json", "--robot", "kortex://admin@127.0.0.1:9"];
+    let output = scratch.command(&args).env_remove("KORTEX_PASSWORD").output().unwrap();
+    assert_eq!(output.status.code(), Some(4));
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let all = told["findings"].as_array().unwrap();
+    let found = |what: &str| all.iter().find(|one| one["what"] == what).unwrap();
+    assert_eq!(found("texts")["state"], "ok", "{told}");
+    assert_eq!(found("arm")["state"], "away", "{told}");
+    assert_eq!(found("arm")["says"], "kortex://127.0.0.1:9: no password for the arm");
+    assert_eq!(found("arm")["help"], "set KORTEX_PASSWORD");
+}
+
 #[test]
 fn nothing_moves_before_someone_said_it_may() {
     let scratch = Scratch::new("cli-kortex-confirm");
