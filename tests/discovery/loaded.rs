@@ -79,7 +79,7 @@ fn recording(hidden: Hidden, seed: u64) -> Recording {
         }
         csv.push('\n');
     }
-    let sidecar = r#"{"torque_sensor": "link"}"#;
+    let sidecar = r#"{"torque_sensor": "motor"}"#;
     let name = format!("loaded {seed}");
     Recording::read(&name, &csv, Some(("sidecar", sidecar)), &Map::default()).unwrap()
 }
