@@ -140,13 +140,15 @@ pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<
             lines.push(format!("run {number} did no step: {reason}"));
         }
     }
+    let both = matched(first, second);
     if lines.is_empty() {
         lines = branches((a, first), (b, second));
-        lines.extend(alone((a, first), second));
-        lines.extend(alone((b, second), first));
+        lines.extend(alone((a, first), &|at| both.iter().any(|pair| pair.0 == at)));
+        lines.extend(alone((b, second), &|at| both.iter().any(|pair| pair.1 == at)));
     }
     let mut moved = Vec::new();
-    for (one, other) in matched(first, second) {
+    for (one, other) in both.iter().map(|&(here, there)| (&first.steps[here], &second.steps[there]))
+    {
         let step = format!("step {} {}", one.number, one.action);
         if one.outcome != other.outcome {
             let (here, there) = (outcome(one.outcome), outcome(other.outcome));
@@ -214,18 +216,72 @@ fn branches((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<String
     each.collect()
 }
 
-/// The steps that both have, by path and by how often it was met before.
-fn matched<'a>(first: &'a Run, second: &'a Run) -> Vec<(&'a StepRecord, &'a StepRecord)> {
-    let pairs = first.steps.iter().enumerate().filter_map(|(i, step)| {
-        let nth = first.steps[..i].iter().filter(|s| s.path == step.path).count();
-        let there = second.steps.iter().filter(|s| s.path == step.path).nth(nth)?;
-        Some((step, there))
+/// The places of the steps that both have: by path and by how often it was met before, and what is left, as of two calls that begin
+/// alike, by what the steps say, in order.
+fn matched(first: &Run, second: &Run) -> Vec<(usize, usize)> {
+    let pairs = first.steps.iter().enumerate().filter_map(|(here, step)| {
+        let nth = first.steps[..here].iter().filter(|s| s.path == step.path).count();
+        let mut there = second.steps.iter().enumerate().filter(|(_, s)| s.path == step.path);
+        there.nth(nth).map(|(there, _)| (here, there))
     });
-    pairs.collect()
+    let mut pairs: Vec<(usize, usize)> = pairs.collect();
+    let here = (0..first.steps.len()).filter(|at| pairs.iter().all(|pair| pair.0 != *at));
+    let here: Vec<usize> = here.collect();
+    let there = (0..second.steps.len()).filter(|at| pairs.iter().all(|pair| pair.1 != *at));
+    let there: Vec<usize> = there.collect();
+    let said = |run: &Run, places: &[usize]| -> Vec<String> {
+        places.iter().map(|&at| run.steps[at].action.clone()).collect()
+    };
+    let alike = in_order(&said(first, &here), &said(second, &there));
+    pairs.extend(alike.into_iter().map(|(i, j)| (here[i], there[j])));
+    pairs.sort_unstable();
+    pairs
 }
 
-fn alone((number, run): (usize, &Run), other: &Run) -> Vec<String> {
-    let with = matched(run, other);
-    let only = run.steps.iter().filter(|s| with.iter().all(|(mine, _)| mine.number != s.number));
-    only.map(|step| format!("only in run {number}: step {} {}", step.number, step.action)).collect()
+/// The places of the texts that two lists have in common: as many as there can be in order.
+fn in_order(a: &[String], b: &[String]) -> Vec<(usize, usize)> {
+    // How many are in common from two places on.
+    let mut most = vec![vec![0_usize; b.len() + 1]; a.len() + 1];
+    for i in (0..a.len()).rev() {
+        for j in (0..b.len()).rev() {
+            most[i][j] = if a[i] == b[j] {
+                most[i + 1][j + 1] + 1
+            } else {
+                most[i + 1][j].max(most[i][j + 1])
+            };
+        }
+    }
+    let (mut pairs, mut i, mut j) = (Vec::new(), 0, 0);
+    while i < a.len() && j < b.len() {
+        if a[i] == b[j] {
+            pairs.push((i, j));
+            (i, j) = (i + 1, j + 1);
+        } else if most[i + 1][j] >= most[i][j + 1] {
+            i += 1;
+        } else {
+            j += 1;
+        }
+    }
+    pairs
+}
+
+fn alone((number, run): (usize, &Run), is_matched: &dyn Fn(usize) -> bool) -> Vec<String> {
+    let only = run.steps.iter().enumerate().filter(|(at, _)| !is_matched(*at));
+    only.map(|(_, step)| format!("only in run {number}: step {} {}", step.number, step.action))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_of_two_calls_are_matched_by_what_they_say_in_order() {
+        let list = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
+        let (pick, pour) = (list("approach grasp lift"), list("home approach grasp lift carry"));
+        assert_eq!(in_order(&pick, &pour), [(0, 1), (1, 2), (2, 3)]);
+        assert_eq!(in_order(&pour, &pick), [(1, 0), (2, 1), (3, 2)]);
+        assert_eq!(in_order(&list("a b a"), &list("b a b")), [(0, 1), (1, 2)]);
+        assert!(in_order(&pick, &[]).is_empty());
+    }
 }

@@ -6,6 +6,7 @@ use std::fs;
 use trueup::fluent::Direction;
 use trueup::graph::ParseGraph;
 use trueup::graph::parse_graph::Choice;
+use trueup::report::record::difference;
 use trueup::report::why::{Question, why};
 use trueup::trace::Line;
 use trueup::trace::{FluentRow, Measure, Outcome, StepRecord, TermRow};
@@ -210,6 +211,20 @@ pub(crate) fn lay_out(scratch: &Scratch) {
     keep(scratch, "chance", "20260101-100000-pour", pour("level_side", 0.10, 0.01, 0.001));
     keep(scratch, "chance", "20260101-110000-pour", pour("level_side", 0.10, 0.09, 0.001));
     keep(scratch, "chance", "20260102-110000-pour", pour("level_side", 0.11, 0.066, 0.001));
+}
+
+/// Steps of two calls that begin alike were "only in run 1" and "only in run 2", and nothing of them was compared.
+#[test]
+fn steps_of_two_calls_are_compared_where_they_say_the_same() {
+    let first = pour("level_side", 0.1, 0.064, 0.001);
+    let mut second = pour("level_side", 0.1, 0.064, 0.001);
+    for step in &mut second.steps {
+        step.path = format!("elsewhere/{}", step.path);
+    }
+    second.steps.last_mut().unwrap().outcome = Outcome::Stopped;
+    let told = difference((1, &first), (2, &second)).join("\n");
+    assert!(!told.contains("only in run"), "{told}");
+    assert!(told.contains("in run 1, stopped in run 2"), "{told}");
 }
 
 /// After a person's own stop `:why poured(cup, 100 mL)` had advised to look for an effect that the twin lacks.
