@@ -184,10 +184,11 @@ pub(super) fn to_handle(drawer: &str) -> String {
     format!("to take `{drawer}` by its handle and draw it")
 }
 
-/// To put an object somewhere.
-pub(super) fn to_put(object: &str, at: &Region) -> String {
+/// To put an object somewhere; `is_into` of a vessel that it goes into.
+pub(super) fn to_put(object: &str, at: &Region, is_into: bool) -> String {
     match at {
         Region::On(name) if name == TABLE => format!("to put `{object}` down"),
+        Region::On(name) if is_into => format!("to put `{object}` into `{name}`"),
         Region::On(name) => format!("to put `{object}` on `{name}`"),
         Region::Point(_) | Region::Spot { .. } => format!("to put `{object}` at that point"),
         Region::Beside { of, .. } => format!("to put `{object}` beside `{of}`"),
@@ -199,7 +200,7 @@ pub(super) fn to_put(object: &str, at: &Region) -> String {
 
 /// To push an object somewhere.
 pub(super) fn to_push(object: &str, at: &Region) -> String {
-    to_put(object, at).replacen("to put", "to push", 1)
+    to_put(object, at, false).replacen("to put", "to push", 1)
 }
 
 /// To stir a vessel's water.

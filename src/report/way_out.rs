@@ -94,6 +94,12 @@ pub(super) fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
         Why::Blocked { .. } | Why::NoPath(_) | Why::NotWithin(_) => {
             "move what is in the way, or make room around it"
         }
+        Why::Walls { vessel, .. } => {
+            return format!(
+                "the hand does not fit between the walls of `{vessel}`: take a wider one, or put a thing in it that stands \
+                 higher than they do"
+            );
+        }
         Why::Tilted(tilted) => {
             let held = &tilted.held;
             return if tilted.is_vessel {
@@ -152,6 +158,9 @@ mod tests {
         let says = "the goal is in collision: shoulder_link and jar overlap by 16.3 mm".into();
         let home = no_way(Why::IntoHeld { held, says });
         assert!(way_out(&home, None).ends_with("`place(jar)`"));
+        let (by, vessel) = ("hand with bin".into(), "bin".into());
+        let walls = way_out(&no_way(Why::Walls { tried: 60, by, vessel }), None);
+        assert!(walls.contains("between the walls of `bin`"), "{walls}");
         let near = |which: &str| {
             let (first, second) = ("hand".into(), "table".into());
             no_way(Why::TooNear(Box::new(TooNear {

@@ -58,6 +58,15 @@ pub enum Why {
         /// What was touched most often.
         by: String,
     },
+    /// Every reachable way into a vessel touches its walls.
+    Walls {
+        /// How many ways were tried.
+        tried: usize,
+        /// What was touched most often.
+        by: String,
+        /// The vessel.
+        vessel: String,
+    },
     /// The search ended without a path.
     NoPath(String),
     /// What is in the hand is tilted further than it may be carried.
@@ -106,6 +115,20 @@ pub enum Why {
     NotWithin(u64),
     /// A person asked to stop.
     Stopped,
+}
+
+impl Why {
+    /// Returns why there is no way into a vessel: its own walls, where they are what was touched most often.
+    pub(crate) fn into_vessel(self, vessel: Option<&str>) -> Self {
+        match (self, vessel) {
+            (Self::Blocked { tried, by }, Some(vessel))
+                if by.ends_with(&format!(" with {vessel}")) =>
+            {
+                Self::Walls { tried, by, vessel: vessel.to_owned() }
+            }
+            (why, _) => why,
+        }
+    }
 }
 
 /// A place at which a thing would not stand on the table.
@@ -256,7 +279,7 @@ impl std::fmt::Display for NoWay {
             }
             Why::OverOutOfReach(over) => write!(f, "{over}"),
             Why::Blocked { tried: 0, by } => write!(f, "there is no room; `{by}` is in the way"),
-            Why::Blocked { tried, by } => {
+            Why::Blocked { tried, by } | Why::Walls { tried, by, .. } => {
                 write!(f, "all {tried} reachable ways touch something, mostly {by}")
             }
             Why::OffTable(off) => write!(f, "{off}"),
@@ -308,6 +331,12 @@ mod tests {
         assert!(!far.contains(" mm"), "{far}");
         let end = said(Why::AtEnd { joint: "lift".into() });
         assert!(end.ends_with("only with `lift` at the end of its range"), "{end}");
+        let walls =
+            |by: &str, vessel| Why::Blocked { tried: 60, by: by.into() }.into_vessel(vessel);
+        assert!(matches!(walls("hand with bin", Some("bin")), Why::Walls { .. }));
+        assert!(matches!(walls("hand with bin", None), Why::Blocked { .. }));
+        assert!(matches!(walls("hand with can", Some("bin")), Why::Blocked { .. }));
+        assert!(said(walls("hand with bin", Some("bin"))).ends_with("mostly hand with bin"));
         // Fingers need room beside the thing.
         let tight = said(Why::TooWide { width: 0.082, opening: 0.085 });
         assert!(tight.contains("too little room"), "{tight}");

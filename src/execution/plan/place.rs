@@ -8,7 +8,7 @@ use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::trace::OffTable;
 use crate::world::frame::{Object, Tool, World};
 use crate::world::region::{self, Bearer, TABLE};
-use crate::world::{self as scene, Point, Pose, Region, Unknown, support};
+use crate::world::{self as scene, Point, Pose, Region, Shape, Unknown, support};
 
 use super::super::wording;
 use super::grasp::LIFT;
@@ -145,7 +145,8 @@ impl Planner {
         at: &Region,
         suits: &dyn Fn(&Pose<World, Object>) -> bool,
     ) -> Result<Vec<Placement>, NoWay> {
-        let what = wording::to_put(o, at);
+        let into = self.space_for(o, at);
+        let what = wording::to_put(o, at, into.is_some());
         let no = |why| NoWay { what: what.clone(), why };
         let (held, tool_from_object) = self.in_hand().ok_or_else(|| no(Why::EmptyHand))?;
         let object = self.cell.scene.object(o).filter(|_| held == o);
@@ -162,8 +163,6 @@ impl Planner {
             _ => "",
         };
         let is_raised = !at.is_empty() && at != TABLE;
-        let into = self.cell.scene.object(at).and_then(scene::Object::inside);
-        let into = into.filter(|inside| support::fits(object, inside));
         let (vessel, deep) = into.as_ref().map(|inside| (at, inside.height())).unzip();
         let around = Around {
             held: self.obstacles_around(&[], vessel, self.state.opening),
@@ -236,10 +235,17 @@ impl Planner {
             }
         }
         if ways.is_empty() {
-            return Err(no(dropped.why()));
+            return Err(no(dropped.why().into_vessel(vessel)));
         }
         ways.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         Ok(ways)
+    }
+
+    /// Returns the space inside a vessel that a thing is to be put into; `None` where it is to stand on something.
+    fn space_for(&self, o: &str, at: &Region) -> Option<Shape> {
+        let Region::On(name) = at else { return None };
+        let inside = self.cell.scene.object(name)?.inside()?;
+        support::fits(self.cell.scene.object(o)?, &inside).then_some(inside)
     }
 
     /// Follows the way `up`, m, from where a thing is let go and the way back from there, from that of some joint positions and by
