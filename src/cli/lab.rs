@@ -68,8 +68,10 @@ fn hide(args: &HideArgs, cli: &Shared, style: Style) -> Result<Exit, Failure> {
     };
     with.sealed =
         lab::seal(std::slice::from_ref(&effect), cli.common.seed.wrapping_mul(0x9E37_79B9));
-    // A seal that was not opened yet is lost with its file.
-    if args.out.is_file() {
+    // What this command wrote may be replaced by it.
+    let is_sealed =
+        |text: &str| LabSettings::from_toml(text).is_ok_and(|settings| !settings.sealed.is_empty());
+    if args.out.is_file() && !is_sealed(&read(&args.out)?) {
         return Err(Failure::there(&args.out));
     }
     let path = args.out.display().to_string();

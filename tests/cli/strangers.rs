@@ -229,6 +229,7 @@ fn a_person_s_file_is_not_written_over_by_what_is_another_kind() {
     // What a command wrote it may write again.
     for _ in 0..2 {
         assert_eq!(scratch.trueup(&["marks", "--pdf", "dots.pdf"]).code, 0);
+        assert_eq!(scratch.trueup(&["lab", "hide", "--out", "seal.toml"]).code, 0);
     }
 }
 

@@ -39,18 +39,19 @@ fn a_full_disk_costs_no_file_that_was_there() {
     super::learn::folders(&scratch);
     scratch.file("messy.task", "pour(  jar,cup )\n");
     scratch.file("there.html", "as it was\n");
+    assert_eq!(scratch.trueup(&["lab", "hide", "--out", "there.toml"]).code, 0);
     scratch.file("runs/priors.json", "{\"counts\":{}}\n");
     scratch.file("runs/outcomes-real.jsonl", "");
     fs::create_dir_all(scratch.path("pages")).unwrap();
     let before = scratch.everything();
     let texts = |scratch: &Scratch| {
-        ["messy.task", "there.html", "runs/priors.json", "runs/outcomes-real.jsonl"]
+        ["messy.task", "there.html", "there.toml", "runs/priors.json", "runs/outcomes-real.jsonl"]
             .map(|name| fs::read_to_string(scratch.path(name)).unwrap())
     };
     let contents = texts(&scratch);
     for args in [
         &["fmt", "messy.task"][..],
-        &["lab", "hide", "--seed", "5", "--out", "new.toml"],
+        &["lab", "hide", "--seed", "5", "--out", "there.toml"],
         &["report", "1", "-o", "there.html"],
         &["report", "1", "-o", "pages/new.html"],
         &["learn", "runs"],
