@@ -392,7 +392,8 @@ impl Work {
             }
         }
         let call = &cell.define(&self.source, &self.steps);
-        cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
+        let graph = cell.graph(call).map_err(|error| report::cell_failure(&error, style))?;
+        let aims = cell.aims(&graph);
         let made =
             Recorder::create(&self.out, &stamp(), &format!("{}-seed-{seed}", call.name.text));
         let recorder = made
@@ -410,12 +411,12 @@ impl Work {
         }
         let trial = match &ran {
             Ok(run) if run.outcome == Ending::Stopped && watchdog.barked() => {
-                Trial::of(run, switches).not_within(self.budget)
+                Trial::of(run, switches).not_within(self.budget, aims)
             }
             Ok(run) => Trial::of(run, switches),
             Err(error) => {
                 let task = language::text::call(call);
-                Trial::refused(seed, switches, &task, error, clock() - begin)
+                Trial::refused(seed, switches, &task, aims, error, clock() - begin)
             }
         };
         Ok(Some(Trial { setup: self.setup.clone(), ..trial }))

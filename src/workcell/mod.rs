@@ -27,6 +27,7 @@ mod stdlib;
 mod strain;
 mod together;
 pub mod trials;
+mod aims;
 mod album;
 mod asking;
 mod attempt;

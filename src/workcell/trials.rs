@@ -62,16 +62,23 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Returns a trial that ended before there was a run to speak of.
-    pub fn refused(seed: u64, switches: Switches, task: &str, why: &Error, total_s: f64) -> Self {
+    /// Returns a trial that ended before there was a run to speak of: what its task aims at has failed.
+    pub fn refused(
+        seed: u64,
+        switches: Switches,
+        task: &str,
+        aims: Aims,
+        why: &Error,
+        total_s: f64,
+    ) -> Self {
         Self {
             seed,
             without: left_out(switches),
             setup: String::new(),
             task: task.to_owned(),
             outcome: None,
-            picked: None,
-            poured: None,
+            picked: aims.holds.then_some(false),
+            poured: aims.pours.then_some(false),
             in_target_ml: None,
             spilt_ml: None,
             reason: Some(why.to_string()),
@@ -109,11 +116,14 @@ impl Trial {
         }
     }
 
-    /// Returns the trial as one that was ended because it took longer than `seconds`.
+    /// Returns the trial as one that was ended because it took longer than `seconds`; what its task aims at and
+    /// was not come to has failed.
     #[must_use]
-    pub fn not_within(self, seconds: f64) -> Self {
+    pub fn not_within(self, seconds: f64, aims: Aims) -> Self {
         let reason = Some(wording::not_within(seconds));
-        Self { outcome: Some(Ending::Failure), reason, ..self }
+        let picked = self.picked.or(aims.holds.then_some(false));
+        let poured = self.poured.or(aims.pours.then_some(false));
+        Self { outcome: Some(Ending::Failure), picked, poured, reason, ..self }
     }
 
     /// Whether the task was done with no more than `leak` mL on the table.

@@ -5,8 +5,9 @@ use parquet::record::{Field, Row};
 use serde_json::json;
 use trueup::execution::calibrate::Switches;
 use trueup::workcell::trials::{Trial, table};
-use trueup::workcell::{Aims, Ending, Water};
+use trueup::workcell::{Aims, Ending, Error, Water, WorkCell};
 
+use super::{call, plain};
 use crate::program::Scratch;
 use crate::repl::kept::pour;
 
@@ -100,6 +101,35 @@ fn a_pour_counts_as_the_paper_counts() {
     assert_eq!(row.failures[1].reason, "not all of the water arrived");
     let poured = row.in_target_ml.unwrap();
     assert!((poured.mean - (150.0 + 148.0 + 138.0) / 3.0).abs() < 1e-9, "{poured:?}");
+}
+
+#[test]
+fn what_is_given_up_before_its_first_step_fails_in_every_column_of_its_task() {
+    let counts = |holds: bool, pours: bool| {
+        let (aims, why) = (Aims { holds, pours }, Error::NotSeen("jar".into()));
+        let refused = |seed| Trial::refused(seed, Switches::default(), "t()", aims, &why, 1.0);
+        let rows = table(&[refused(1), refused(2)], 10.0);
+        let row = &rows[0];
+        [row.pick_up, row.pour_water, row.success_soft].map(|share| share.map(|s| (s.yes, s.of)))
+    };
+    let none = Some((0, 2));
+    assert_eq!(counts(true, true), [none, none, none]);
+    assert_eq!(counts(true, false), [none, None, none]);
+    assert_eq!(counts(false, false), [None, None, none]);
+}
+
+#[test]
+fn what_a_call_aims_at_is_known_before_it_is_done() {
+    let cell = WorkCell::open(plain()).unwrap();
+    for (text, holds, pours) in [
+        ("pour(jar, cup)", true, true),
+        ("pick(jar)", true, false),
+        // It takes nothing, whatever recovers from its failure.
+        ("look()", false, false),
+    ] {
+        let graph = cell.graph(&call(text)).unwrap();
+        assert_eq!(cell.aims(&graph), Aims { holds, pours }, "{text}");
+    }
 }
 
 /// Published values of Wilson's interval at 95 %.
@@ -223,6 +253,7 @@ fn a_trial_beyond_its_budget_has_failed_and_trials_go_on() {
             (&trial["outcome"], &trial["reason"]),
             (&json!("failure"), &json!("not within 0.3 s"))
         );
+        assert_eq!((&trial["picked"], &trial["poured"]), (&json!(false), &json!(false)));
     }
     assert_eq!(document["rows"][0]["failures"][1]["reason"], "not within 0.3 s");
     for bad in ["0", "-1", "nan", "1e300", "soon"] {
