@@ -52,8 +52,6 @@ pub(super) enum Mistake<'a> {
     TableCentre,
     #[error("heights are measured from the table's top, so it has none itself")]
     TableHeight,
-    #[error("`{thing}` has no place in a scene: the camera finds it")]
-    ThingPlace { thing: &'a str },
     #[error("{} is a length, and this is {}", of.words(), is.words())]
     NoLength { of: Side<'a>, is: Dimension, text: &'a str },
     #[error("{} cannot be {quantity}", of.words())]
@@ -171,7 +169,6 @@ impl Mistake<'_> {
             Self::NoText { .. } => ("task::type", "expected a text"),
             Self::TableCentre => ("task::point", "too few"),
             Self::TableHeight => ("task::point", "expected x and y"),
-            Self::ThingPlace { .. } => ("task::point", "not kept"),
             Self::UnknownShape { .. } => ("task::unknown_name", "not a shape"),
             Self::UnknownProperty { .. } => ("task::unknown_name", "not known"),
             Self::ShapeTakes { .. } | Self::LathePairs => ("task::argument", "not what it takes"),
@@ -269,10 +266,6 @@ impl Mistake<'_> {
             Self::MarkOutside { corners } => format!(
                 "the table reaches from ({:.2} m, {:.2} m) to ({:.2} m, {:.2} m)",
                 corners[0][0], corners[0][1], corners[2][0], corners[2][1]
-            ),
-            Self::ThingPlace { thing } => format!(
-                "remove it: everything stands on the table; in the laboratory `[placement.fixed.{thing}]` of the lab file \
-                 says where"
             ),
             Self::NoLength { is, text, .. } if is.is_none() => {
                 format!("write `{text} mm` or `{text} cm`")

@@ -18,8 +18,8 @@ use crate::world::Scene;
 ///
 /// What a thing does not say has a default: `wall 3 mm` for a `Container`; `holds` what fits to the
 /// brim; `filled` nothing; `mass` from its volume; the colour its looks name, else grey. `looks`
-/// with "transparent", "clear" or "glass" in it makes it transparent. A thing other than the
-/// table has no position: the camera finds it.
+/// with "transparent", "clear" or "glass" in it makes it transparent. The position of a thing other
+/// than the table is not kept: the camera finds it.
 ///
 /// # Errors
 ///
@@ -171,23 +171,6 @@ mod tests {
             "the walls of `e` leave no room inside",
         ];
         assert_eq!(found.unwrap_err(), expected);
-    }
-
-    #[test]
-    fn a_place_that_would_not_be_kept_is_refused_and_the_tables_is_read() {
-        let scene = |at: &str| {
-            read(&format!(
-                "scene s {{ table: Surface = box(120 cm, 80 cm, 2 cm) at (0.5 m, 0 m)\n\
-                 board: Surface = box(30 cm, 25 cm, 2 cm){at}\n\
-                 camera c {{ image 640 x 480 focal ~ 600 px at (1 m, 0 m, 1 m) looking (0.5 m, 0 m, 0 m) }}\n\
-                 robot gen3_2f85 at (0 m, 0 m, 0 m) }}"
-            ))
-        };
-        assert!(scene("").is_ok());
-        for at in [" at (0.65 m, 0.20 m, 0.15 m)", " at (0.65 m, 0.20 m)"] {
-            let expected = ["`board` has no place in a scene: the camera finds it"];
-            assert_eq!(scene(at).unwrap_err(), expected);
-        }
     }
 
     #[test]

@@ -31,8 +31,8 @@ impl Reader<'_> {
         if !is_mesh && given.unit.is_some() {
             self.tell(thing.span, &Mistake::UnitOfNone { thing: &thing.name.text });
         }
-        if let Some((_, span)) = &thing.at {
-            self.tell(*span, &Mistake::ThingPlace { thing: &thing.name.text });
+        for literal in thing.at.iter().flat_map(|(at, _)| at) {
+            self.coordinate(*literal);
         }
         let shape = shape?;
         let looks = given.looks.unwrap_or_else(|| thing.name.text.clone());
