@@ -1,7 +1,7 @@
 //! Grids of dark circles: rows above each other, or every second row shifted by half a step.
 //!
-//! Dark round regions ([`super::discs`]) are told apart by their places in the grid, then each one's middle is measured, and
-//! what a circle's picture is off from the picture of its middle is taken off ([`super::eccentricity`]). All must be in the
+//! Dark round regions (`discs`) are told apart by their places in the grid, then each one's middle is measured, and
+//! what a circle's picture is off from the picture of its middle is taken off (`eccentricity`). All must be in the
 //! picture.
 //!
 //! Source: the layouts of `OpenCV`'s `findCirclesGrid`.
