@@ -20,7 +20,7 @@ use crate::arm::{Feedback, Grip};
 const PAD_TOLERANCE: f64 = 0.008;
 /// A thing that was let go lower than this above what is below it has come to stand there, m. Chosen: a hand is off by
 /// up to 2 cm (8 to 19 mm in `docs/results.md`); what falls deeper may come to lie.
-const LET_DOWN: f64 = 0.03;
+pub(super) const LET_DOWN: f64 = 0.03;
 /// A mouth this far beside a vessel still pours into it, m: a lip is half a jar's width from its mouth's middle, and a
 /// stream leaves it forwards.
 const BESIDE: f64 = 0.08;

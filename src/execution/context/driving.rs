@@ -174,10 +174,11 @@ impl ActionContext {
         let cleared = self.setting.cell.clear(trajectory, &from)?;
         let led = self.follow_past(cleared, PATIENCE);
         self.uncount();
-        if led.is_err() {
+        if led.is_ok() {
+            self.run.q.clone_from(first);
+        } else {
             let _ = self.find_arm();
         }
-        self.run.q.clone_from(first);
         led
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::super::belief::LET_DOWN;
 use super::super::beside::Order;
 use super::super::error::ActionError;
 use super::super::plan::{gravity_torque, mass_of};
@@ -15,8 +16,6 @@ const FINGER_SPEED: f64 = 0.06;
 const OPEN_FORCE: f64 = 60.0;
 /// Fingers that have opened by so much hold nothing any more, m: pads give way by less.
 const LET_GO: f64 = 0.002;
-/// What is let go lower than this above what is below it comes to stand there, whoever pulled at it, m: as `Belief` has it.
-const LET_DOWN: f64 = 0.03;
 /// What a grip's progress is counted in, s: nobody knows beforehand how long it takes.
 const GRIP: f64 = 1.0;
 

@@ -25,7 +25,7 @@ pub(in super::super) struct Alone {
     /// By creep, then by recording, those fitted first.
     sums: Vec<Vec<Vec<Sums>>>,
     parts: Parts,
-    /// Of any two sets, so that they can be fitted.
+    /// The arm with the last recording alone: what is known of its numbers is the same in all.
     gap: ArmGap,
 }
 
