@@ -15,7 +15,7 @@ use super::nearest::Look;
 use super::polyline::{mix, mix_into};
 
 /// What must be left over the margin everywhere, m.
-const LEFT: f64 = 1e-4;
+pub(super) const LEFT: f64 = 1e-4;
 /// A motion that hugs an obstacle for its whole length would take thousands of intervals.
 const PATIENCE: usize = 3000;
 /// Where no point moves farther in half an interval, m, the solids are asked instead of the spheres.

@@ -3,12 +3,14 @@
 //! The path is searched for by `connect`, shorter ones after it as long as they cost little, and made shorter by `simplify`, both with quick looks at motions
 //! (`motions`); then every edge is certified (see [`CollisionWorld::certify`]), and one that is not is searched
 //! again by itself with motions that are.
+//! More room is asked for than the margin as long as there is a path with it, and less where there is none.
 //! It is a list of corners without time; [`super::trajectory`] rounds and times it. All chance comes from
 //! the seed.
 //!
 //! Continuous joints turn the short way: a goal is reached up to whole turns of these.
 
 use super::budget::Budget;
+use super::certify::LEFT;
 use super::collision::CollisionWorld;
 pub use super::cone::Cone;
 use super::connect::Search;
@@ -19,8 +21,11 @@ use super::polyline::{l2, length};
 use super::robot::{Motion, Robot};
 use super::simplify::{passed_by, simplified};
 
-/// Distance that is kept beyond the margin where the ends of a path allow it, m. Chosen.
-const ROOM: f64 = 0.003;
+/// Distances that are kept beyond the margin where the ends of a path allow it, m: a path that grazes an obstacle is slow to certify and
+/// leaves no room to round its corners. The next one is asked for where there is no path with the one before; with less than the
+/// last no path is certain. Chosen: through a slot that leaves 2 mm on either side searches that keep 0.5 mm found seven ways of eight,
+/// those that keep 0.1 mm four, since what they found was not certain.
+const ROOMS: [f64; 3] = [0.003, 0.0005, LEFT];
 /// A path that is no longer than so many times the straight way is not searched a shorter one for. Chosen.
 const SHORT: f64 = 1.2;
 /// Configurations that may be looked at for other ways than the first, in all: about 30 µs. Chosen.
@@ -28,6 +33,8 @@ const CHECKS_FOR_OTHERS: usize = 800;
 /// Samples for a search with nothing but certain motions, each of which costs a hundred times a look. Chosen: of 8,400 searches of the
 /// Panda's problems five came to that and drew 1,761 at most; an end that no certain motion leaves is given up after a second, not ten.
 const SAMPLES_OF_CERTAIN: usize = 2000;
+/// Who asks for more samples than usual has so many for each of certain motions.
+const SAMPLES_FOR_A_CERTAIN: usize = 10;
 /// Samples for the search between the ends of one edge that is not certain.
 const SAMPLES_TO_MEND: usize = 500;
 
@@ -36,8 +43,10 @@ const SAMPLES_TO_MEND: usize = 500;
 pub struct Settings {
     /// Seed of all chance.
     pub seed: u64,
-    /// How many samples a tree is grown towards before giving up; ten times as many are drawn at most.
+    /// How many samples a tree is grown towards before giving up, or asking for less room; ten times as many are drawn at most.
     pub max_samples: usize,
+    /// Whether a path may come as near to something as the margin, where none is found that keeps more room.
+    pub may_graze: bool,
     /// Longest step of a tree, rad (Euclidean over the joints).
     pub range: f64,
     /// Farthest any point of the robot may move between two checks while searching, m.
@@ -53,6 +62,7 @@ impl Default for Settings {
         Self {
             seed: 0,
             max_samples: 20_000,
+            may_graze: true,
             range: 0.7,
             resolution: 0.15,
             shortcuts: 10,
@@ -75,7 +85,7 @@ pub struct Path {
     pub corners: Vec<Vec<f64>>,
     /// Which goal it leads to.
     pub goal: usize,
-    /// Samples drawn; 0 if the straight motion was free.
+    /// Samples drawn; 0 if the straight motion was free with room beyond the margin.
     pub samples: usize,
     /// Configurations checked for collision.
     pub checks: usize,
@@ -126,8 +136,6 @@ pub fn plan(
     }
     usable.sort_by(|a, b| l2(&a.1, start).total_cmp(&l2(&b.1, start)));
 
-    // While searching, more room is asked for where both ends have it: a path that grazes an obstacle is
-    // slow to certify and leaves no room to round its corners.
     let room = |q: &[f64]| world.distance(q) - world.margin();
     let mut rooms = Vec::with_capacity(usable.len());
     for (_, goal) in &usable {
@@ -135,39 +143,124 @@ pub fn plan(
         rooms.push(room(goal));
     }
     let goal_room = rooms.iter().copied().fold(0.0, f64::max);
-    let pad = (0.5 * room(start).min(goal_room)).clamp(0.0, ROOM);
-    // The roomiest goal has twice the room, so one is left; were none, the search would have nowhere to go.
-    let mut rooms = rooms.into_iter();
-    usable.retain(|_| rooms.next().is_some_and(|room| room > pad || goal_room <= 0.0));
+    let least_room = room(start).min(goal_room);
+    let mut pads = ROOMS.map(|most| (0.5 * least_room).clamp(0.0, most)).to_vec();
+    // Where the ends themselves have little room, several come to the same.
+    pads.dedup();
+    if !settings.may_graze {
+        pads.truncate(1);
+    }
 
-    let mut motions = Motions::new(robot, world, cone, (pad, settings.resolution), budget);
+    let mut motions = Motions::new(robot, world, cone, (0.0, settings.resolution), budget);
     let mut samples = 0;
-    let ends = (start, usable.as_slice());
-    let (mut goal, corners, mut raw_length) =
-        searched(solver, &mut motions, settings, ends, &mut samples)?;
-    let mended = mended(solver, &mut motions, settings, corners, &mut samples)?;
-    let corners = if let Some(corners) = mended {
-        corners
-    } else {
-        // What grazes something between two looks and has no way around it there: nothing but certain motions, then.
-        motions.is_certain = true;
-        let max_samples = settings.max_samples.min(SAMPLES_OF_CERTAIN);
-        let settings = Settings { max_samples, ..*settings };
-        let found = searched(solver, &mut motions, &settings, ends, &mut samples)?;
-        (goal, raw_length) = (found.0, found.2);
-        found.1
-    };
-    Ok(Path { corners, goal, samples, checks: motions.checks, raw_length })
+    let mut none = Error::NoGoal;
+    for pad in pads {
+        motions.pad = pad;
+        // The roomiest goal has twice the room, so one is left; were none, the search would have nowhere to go.
+        let roomy = usable.iter().zip(&rooms);
+        let roomy = roomy.filter(|(_, room)| **room > pad || goal_room <= 0.0);
+        let roomy: Vec<_> = roomy.map(|(goal, _)| goal.clone()).collect();
+        let ends = (start, roomy.as_slice());
+        match certain(solver, &mut motions, settings, ends, &mut samples) {
+            Ok(mut found) => {
+                if settings.may_graze && roomy.len() < usable.len() {
+                    let ends = (start, usable.as_slice());
+                    let within = length(&found.1);
+                    let near =
+                        nearer(solver, &mut motions, settings, ends, &rooms, within, &mut samples)?;
+                    found = near.unwrap_or(found);
+                }
+                let (goal, corners, raw_length) = found;
+                return Ok(Path { corners, goal, samples, checks: motions.checks, raw_length });
+            }
+            Err(error @ Error::NoPath { .. }) => none = error,
+            Err(other) => return Err(other),
+        }
+    }
+    Err(none)
 }
 
-/// Returns the goal that is reached, the corners of a simplified path to it, and how long it was before, rad.
+/// A goal that is reached, the corners of a simplified path to it, and how long it was before, rad.
+type Found = (usize, Vec<Vec<f64>>, f64);
+
+/// Returns a path that is certain all the way.
+fn certain<'s>(
+    solver: &'s Solver<'s>,
+    motions: &mut Motions<'s>,
+    settings: &Settings,
+    ends: (&[f64], &[(usize, Vec<f64>)]),
+    samples: &mut usize,
+) -> Result<Found, Error> {
+    let (goal, corners, raw_length) = searched(solver, motions, settings, ends, samples)?;
+    if let Some(corners) = mended(solver, motions, settings, corners, samples)? {
+        return Ok((goal, corners, raw_length));
+    }
+    // What grazes something between two looks and has no way around it there: nothing but certain motions, then.
+    let most = SAMPLES_OF_CERTAIN.max(settings.max_samples / SAMPLES_FOR_A_CERTAIN);
+    let settings = Settings { max_samples: settings.max_samples.min(most), ..*settings };
+    motions.is_certain = true;
+    let found = searched(solver, motions, &settings, ends, samples);
+    motions.is_certain = false;
+    found
+}
+
+/// Returns a certain path to a goal with no more room than is kept on one that was found, `within` rad long, where a quick look
+/// finds one that is shorter.
+fn nearer<'s>(
+    solver: &'s Solver<'s>,
+    motions: &mut Motions<'s>,
+    settings: &Settings,
+    (start, goals): (&[f64], &[(usize, Vec<f64>)]),
+    rooms: &[f64],
+    within: f64,
+    samples: &mut usize,
+) -> Result<Option<Found>, Error> {
+    let pad = motions.pad;
+    let close = goals
+        .iter()
+        .zip(rooms)
+        .filter(|((_, q), room)| **room > LEFT && **room <= pad && SHORT * l2(start, q) < within);
+    let (close, rooms): (Vec<_>, Vec<f64>) =
+        close.map(|(goal, room)| (goal.clone(), *room)).unzip();
+    if close.is_empty() {
+        return Ok(None);
+    }
+    motions.pad = 0.5 * rooms.into_iter().fold(pad, f64::min);
+    let Settings { seed, max_samples, range, shortcuts, .. } = *settings;
+    let mut search = Search {
+        solver,
+        motions,
+        range,
+        max_samples,
+        max_checks: CHECKS_FOR_OTHERS,
+        within,
+        seed,
+        samples,
+        next: Vec::new(),
+    };
+    let (corners, goal) = match search.run(start, &close) {
+        Ok(way) => way,
+        Err(Error::NoPath { .. }) => return Ok(None),
+        Err(other) => return Err(other),
+    };
+    let raw_length = length(&corners);
+    let corners = simplified(motions, corners, shortcuts, seed)?;
+    for edge in corners.windows(2) {
+        if !motions.world.certify_within(&edge[0], &edge[1], motions.budget)? {
+            return Ok(None);
+        }
+    }
+    Ok((length(&corners) < within).then_some((goal, corners, raw_length)))
+}
+
+/// Returns a path that is free wherever it is looked at.
 fn searched<'s>(
     solver: &'s Solver<'s>,
     motions: &mut Motions<'s>,
     settings: &Settings,
     (start, goals): (&[f64], &[(usize, Vec<f64>)]),
     samples: &mut usize,
-) -> Result<(usize, Vec<Vec<f64>>, f64), Error> {
+) -> Result<Found, Error> {
     let Settings { seed, max_samples, range, shortcuts, others, .. } = *settings;
     let mut search = Search {
         solver,

@@ -178,3 +178,58 @@ fn what_cannot_be_planned_is_said() {
     let little = Budget::of(200, || false);
     assert!(matches!(plan(across, &little), Err(Error::Spent { .. })));
 }
+
+/// A cube of 10 cm that slides along x and y, 1 m either way.
+const SLIDING: &str = r#"<robot name="cube"><link name="base"/><link name="bar"/>
+    <link name="body"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+    <joint name="x" type="prismatic"><parent link="base"/><child link="bar"/><axis xyz="1 0 0"/>
+    <limit lower="-1" upper="1" velocity="1" effort="100"/></joint>
+    <joint name="y" type="prismatic"><parent link="bar"/><child link="body"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" velocity="1" effort="100"/></joint></robot>"#;
+
+/// A box as high as the cube can be met at, by its middle and half its sides, m.
+fn slab(name: &str, (x, y): (f64, f64), (half_x, half_y): (f64, f64)) -> Obstacle {
+    let half = Vector3::new(half_x, half_y, 0.5);
+    Obstacle::new(name, Solid::Cuboid { half }, Isometry3::translation(x, y, 0.0))
+}
+
+/// "no path found", though the straight motion is free: 3 mm were kept beyond the margin, and never less.
+#[test]
+fn a_slot_with_less_room_than_is_usual_is_passed() {
+    let robot = Robot::from_urdf(SLIDING, None).unwrap();
+    let solver = Solver::new(&robot);
+    let slot = [slab("one", (0.0, 1.052), (0.1, 1.0)), slab("other", (0.0, -1.052), (0.1, 1.0))];
+    let world = CollisionWorld::new(&robot).with(&slot);
+    let run = Budget::new(|| false);
+    let (start, goals) = (vec![-0.5, 0.0], [vec![0.5, 0.0]]);
+    let settings = Settings { max_samples: 300, ..Settings::default() };
+    let path = plan(&solver, &world, &start, &goals, None, &settings, &run).unwrap();
+    assert_eq!(path.corners, [start.clone(), goals[0].clone()]);
+    assert!(world.certify(&start, &goals[0]));
+    let wide = Settings { may_graze: false, ..settings };
+    let none = plan(&solver, &world, &start, &goals, None, &wide, &run);
+    assert!(matches!(none, Err(Error::NoPath { .. })), "{none:?}");
+}
+
+/// A goal 1 mm from something was left out where another had more room, though it was straight ahead and the other far, or
+/// behind a wall without an end.
+#[test]
+fn a_goal_with_little_room_counts_beside_one_with_more() {
+    let robot = Robot::from_urdf(SLIDING, None).unwrap();
+    let solver = Solver::new(&robot);
+    let run = Budget::new(|| false);
+    let start = [0.0, 0.0];
+    let goals = [vec![-0.6, 0.0], vec![0.3, 0.0]];
+    let behind = |length: f64| {
+        let beside = slab("beside the goal", (0.401, 0.0), (0.05, 0.05));
+        let wall = slab("wall", (-0.3, 0.0), (0.01, 0.5 * length));
+        CollisionWorld::new(&robot).with(&[beside, wall])
+    };
+    for (world, max_samples) in [(behind(1.0), 20_000), (behind(4.0), 300)] {
+        for seed in 0..3 {
+            let settings = Settings { max_samples, ..Settings::seeded(seed) };
+            let path = plan(&solver, &world, &start, &goals, None, &settings, &run).unwrap();
+            assert_eq!((path.goal, path.corners.len()), (1, 2), "{path:?}");
+        }
+    }
+}

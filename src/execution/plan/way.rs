@@ -92,7 +92,8 @@ impl Planner {
         let goals = [rrt::short_way(self.robot(), &self.q, q)];
         let robot = self.robot().clone().with_reserve(END_RESERVE, &[&self.q, &goals[0]]);
         let solver = Solver::new(&robot);
-        let settings = rrt::Settings::seeded(seed);
+        // No arm is led by less than a millimetre past something: what there is no room for is planned otherwise.
+        let settings = rrt::Settings { may_graze: false, ..rrt::Settings::seeded(seed) };
         // An arm that is caught is told by the search what it touches.
         let out = escape::leave(&solver, &world, &self.q, cone.as_ref(), &self.budget);
         let out = out.unwrap_or_else(|| vec![self.q.clone()]);
