@@ -2,6 +2,8 @@
 
 use crate::units::significant;
 
+use super::answer::robot::MOST_SAMPLES;
+
 /// Reads how long something may take, s.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {
     within(text, 0.1, 3600.0, "s")
@@ -36,6 +38,11 @@ pub(super) fn candidates(text: &str) -> Result<usize, String> {
 /// Reads how many laboratories are tried.
 pub(super) fn tries(text: &str) -> Result<u64, String> {
     whole(text, 100_000)
+}
+
+/// Reads how many samples a path is searched with.
+pub(super) fn samples(text: &str) -> Result<usize, String> {
+    whole(text, MOST_SAMPLES as u64).map(|n| n as usize)
 }
 
 /// Reads what all chance comes from.
@@ -77,6 +84,8 @@ mod tests {
         assert_eq!(candidates("-3").unwrap_err(), "it should be from 1 to 64");
         assert_eq!(tries("100001").unwrap_err(), "it should be from 1 to 100000");
         assert_eq!(tries("some").unwrap_err(), "it is not a whole number");
+        assert_eq!(samples("0").unwrap_err(), "it should be from 1 to 1000000");
+        assert_eq!(samples("200000"), Ok(200_000));
         assert_eq!(seed("0"), Ok(0));
         assert!(seed("-1").unwrap_err().starts_with("it should be a whole number from 0"));
     }

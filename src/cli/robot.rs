@@ -9,16 +9,17 @@ use crate::language::nearest;
 use crate::motion::dynamics::Bodies;
 use crate::motion::fault::UrdfFault;
 use crate::motion::robot::{Motion, Robot};
-use crate::motion::{self, Budget, rrt};
+use crate::motion::{self, Budget, budget, rrt};
 use crate::report::{Failure, Style};
 use crate::workcell::{RobotError, Stdlib};
 
 use super::answer::problem::Problem;
-use super::answer::robot as answer;
+use super::answer::robot::{self as answer, SAMPLES};
 use super::answer::robot_check;
 use super::answer::rows::{joint_rows, pose_rows};
 use super::clock::clock;
 use super::inputs::{data, read};
+use super::numbers;
 use super::shared::Shared;
 use super::signals::{is_interrupted, watch_interrupt};
 use crate::report::exit::Exit;
@@ -99,6 +100,9 @@ pub(super) struct PlanArgs {
     /// The problem: start, goals, obstacles.
     #[arg(long, value_name = "FILE.json")]
     problem: PathBuf,
+    /// How many samples a path is searched with, from 1 to 1000000; as many again with less room where there is none.
+    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = numbers::samples)]
+    samples: usize,
 }
 
 /// What rows of joint positions look like.
@@ -265,9 +269,12 @@ pub(super) fn robot(
             let problem = Problem::parse(&read(&args.problem)?).map_err(|error| {
                 Failure::input("robot::problem", error.to_string()).at(&place).help(PROBLEM)
             })?;
-            let settings = rrt::Settings::seeded(seed);
+            let settings =
+                rrt::Settings { max_samples: args.samples, ..rrt::Settings::seeded(seed) };
             watch_interrupt()?;
-            let budget = Budget::new(is_interrupted);
+            // Who asks for more samples is to have them.
+            let times = args.samples.div_ceil(SAMPLES) as u64;
+            let budget = Budget::of(budget::USUAL.saturating_mul(times), is_interrupted);
             let found = {
                 let means = motion.into();
                 answer::plan(&robot, &problem, means, &settings, &budget, &mut now_us)

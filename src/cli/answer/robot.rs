@@ -12,6 +12,7 @@ use crate::motion::Error;
 use crate::motion::budget::Budget;
 use crate::motion::collision::CollisionWorld;
 use crate::motion::dynamics::{Bodies, Dynamics};
+use crate::motion::fault::NoWay;
 use crate::motion::free::{self, Means};
 use crate::motion::ik::{Options, Solver};
 use crate::motion::polyline::{l2, mix};
@@ -27,6 +28,10 @@ const REPORT_STEP: f64 = 0.01;
 const REPORTED: f64 = 20_000.0;
 /// So many corners of a path are shown to people at most.
 const SHOWN: usize = 12;
+/// A path is searched for with so many samples unless another number is asked for. Chosen: what has none is given up within seconds.
+pub const SAMPLES: usize = 50_000;
+/// So many samples can be asked for. Chosen: what has been searched through fits into memory.
+pub const MOST_SAMPLES: usize = 1_000_000;
 /// Longest cut along an edge when a corner is rounded, rad.
 const MAX_CUT: f64 = 0.2;
 
@@ -131,13 +136,35 @@ pub enum PlanAnswer {
         found: bool,
         /// Why.
         reason: String,
+        /// What would help, where more can be asked for.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        help: Option<String>,
     },
+}
+
+/// Says how to ask for more where `samples` led to no path.
+fn more(error: &Error, samples: usize) -> Option<String> {
+    let another = "another `--seed` searches elsewhere";
+    match error {
+        Error::NoPath { why: NoWay::NeverMet { .. }, .. } | Error::Spent { .. } => {
+            if samples >= MOST_SAMPLES {
+                return Some(another.to_owned());
+            }
+            let more = samples.saturating_mul(10).min(MOST_SAMPLES);
+            Some(format!("`--samples {more}` searches longer, and {another}"))
+        }
+        Error::NoPath { .. } => Some("`--motion rrt` searches for a path instead".to_owned()),
+        _ => None,
+    }
 }
 
 impl PlanAnswer {
     /// Returns the answer for people: what the whole motion is like, and a dozen corners of its path at most.
     pub fn lines(&self) -> String {
         let (path, times, trajectory, took, length, least, goal) = match self {
+            Self::NotFound { reason, help: Some(help), .. } => {
+                return format!("{reason}\nhelp: {help}");
+            }
             Self::NotFound { reason, .. } => return reason.clone(),
             Self::Found {
                 found: _,
@@ -304,7 +331,10 @@ pub fn plan(
             | Error::Collision { .. }
             | Error::Limit { .. }
             | Error::Tilted { .. }),
-        ) => return Ok(PlanAnswer::NotFound { found: false, reason: error.to_string() }),
+        ) => {
+            let help = more(&error, settings.max_samples);
+            return Ok(PlanAnswer::NotFound { found: false, reason: error.to_string(), help });
+        }
         Err(error) => return Err(error),
     };
     let time_us = now_us() - begin;
@@ -396,5 +426,22 @@ mod tests {
         assert!(rows[SHOWN - 1].contains(" 39.0000"), "{told}");
         assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
         assert_eq!(found(1).lines().lines().count(), 7);
+    }
+
+    /// "no path found with 24520 samples" was all, and no way to ask for more.
+    #[test]
+    fn no_path_says_how_to_search_longer() {
+        let why = NoWay::NeverMet { start: 611, goal: 610 };
+        let error = Error::NoPath { samples: 25_141, why };
+        let help = more(&error, SAMPLES);
+        let told = PlanAnswer::NotFound { found: false, reason: error.to_string(), help }.lines();
+        assert!(told.starts_with("no path found with 25141 samples"), "{told}");
+        assert!(told.contains("\nhelp: `--samples 500000` searches longer"), "{told}");
+        assert!(told.contains("`--seed`"), "{told}");
+        let most = more(&error, MOST_SAMPLES).unwrap();
+        assert!(!most.contains("--samples"), "{most}");
+        let grazes = Error::NoPath { samples: 3, why: NoWay::Grazes };
+        assert!(more(&grazes, SAMPLES).unwrap().contains("`--motion rrt`"));
+        assert_eq!(more(&Error::NoGoal, SAMPLES), None);
     }
 }
