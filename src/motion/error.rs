@@ -80,8 +80,10 @@ pub enum Error {
         most: f64,
     },
     /// A joint is outside its range.
-    #[error("{joint} is at {value:.4}, outside its range {lower:.4} to {upper:.4}")]
+    #[error("{}", said_of_limit((which, joint), *value, (*lower, *upper), unit))]
     Limit {
+        /// "start" or "goal"; one of several goals is "goal 2 of 5".
+        which: String,
         /// Which joint.
         joint: String,
         /// Where it would be, rad or m.
@@ -90,11 +92,13 @@ pub enum Error {
         lower: f64,
         /// Its highest position.
         upper: f64,
+        /// What its positions are in: "rad" or "m".
+        unit: &'static str,
     },
     /// The start or goal of a motion is in collision, or nearer to something than is wanted.
     #[error("{}", said_of_collision((which, first, second), *depth, *margin))]
     Collision {
-        /// "start" or "goal".
+        /// "start" or "goal"; one of several goals is "goal 2 of 5".
         which: String,
         /// One of the two.
         first: String,
@@ -106,9 +110,9 @@ pub enum Error {
         margin: f64,
     },
     /// The start or goal does not keep the tool's axis inside its cone.
-    #[error("the {which} tilts the tool by {:.1}°, more than {:.1}°", angle.to_degrees(), max_angle.to_degrees())]
+    #[error("{} tilts the tool by {:.1}°, more than {:.1}°", named(which), angle.to_degrees(), max_angle.to_degrees())]
     Tilted {
-        /// "start" or "goal".
+        /// "start" or "goal"; one of several goals is "goal 2 of 5".
         which: String,
         /// Tilt, rad.
         angle: f64,
@@ -167,24 +171,43 @@ pub enum Error {
     Cancelled,
 }
 
+/// Names an end of a motion: one of several goals has its number, the others an article.
+fn named(which: &str) -> String {
+    if which.contains(' ') { which.to_owned() } else { format!("the {which}") }
+}
+
+/// Words a joint position beyond a limit, by how much as well: what lies just beyond reads as the limit itself.
+fn said_of_limit(
+    (which, joint): (&str, &str),
+    value: f64,
+    (lower, upper): (f64, f64),
+    unit: &str,
+) -> String {
+    let beyond = (lower - value).max(value - upper);
+    let beyond = if beyond < 1e-3 { format!("{beyond:.1e}") } else { format!("{beyond:.4}") };
+    let which = named(which);
+    format!(
+        "{which} has {joint} at {value:.4}, {beyond} {unit} outside its range {lower:.4} to {upper:.4}"
+    )
+}
+
 /// Half of the tenth of a millimetre that distances are told to, m: what is nearer than this touches.
 const TOUCHING: f64 = 5e-5;
 
 /// Words two parts that overlap, or are nearer to each other than is wanted; m.
 fn said_of_collision(parts: (&str, &str, &str), depth: f64, margin: f64) -> String {
     let (which, first, second) = parts;
+    let which = named(which);
     if (depth - margin).abs() < TOUCHING {
-        return format!("the {which} is in collision: {first} and {second} touch");
+        return format!("{which} is in collision: {first} and {second} touch");
     }
     if depth >= margin {
         let overlap = (depth - margin) * 1e3;
-        return format!(
-            "the {which} is in collision: {first} and {second} overlap by {overlap:.1} mm"
-        );
+        return format!("{which} is in collision: {first} and {second} overlap by {overlap:.1} mm");
     }
     let (apart, wanted) = ((margin - depth) * 1e3, margin * 1e3);
     format!(
-        "the {which} is too near to something: {first} and {second} are {apart:.1} mm apart, and {wanted:.1} mm are to be kept"
+        "{which} is too near to something: {first} and {second} are {apart:.1} mm apart, and {wanted:.1} mm are to be kept"
     )
 }
 
@@ -202,5 +225,25 @@ mod tests {
         assert!(said(1e-9, 0.0).ends_with("rod and table touch"), "{}", said(1e-9, 0.0));
         assert!(said(-0.002, 0.0).ends_with("overlap by 2.0 mm"));
         assert!(said(0.01, 0.02).ends_with("10.0 mm apart, and 20.0 mm are to be kept"));
+    }
+
+    /// "`wrist_roll_joint` is at 3.1416, outside its range -3.1416 to 3.1416".
+    #[test]
+    fn what_is_just_beyond_a_limit_is_told_by_how_much() {
+        let said = |which: &str, value: f64| Error::Limit {
+            which: which.into(),
+            joint: "wrist".into(),
+            value,
+            lower: -2.8974,
+            upper: 2.8974,
+            unit: "rad",
+        };
+        let just = said("goal 2 of 5", 2.897_403_7).to_string();
+        assert_eq!(
+            just,
+            "goal 2 of 5 has wrist at 2.8974, 3.7e-6 rad outside its range -2.8974 to 2.8974"
+        );
+        let far = said("start", -3.2).to_string();
+        assert!(far.starts_with("the start has wrist at -3.2000, 0.3026 rad outside"), "{far}");
     }
 }

@@ -26,7 +26,7 @@ use super::polyline::{l2, length, mix};
 use super::pullback::Gathered;
 use super::rmp::{self, Pull};
 use super::robot::Robot;
-use super::rrt::{self, Path, Settings, check_end, short_way};
+use super::rrt::{self, Path, Settings, check_end, goal_name, short_way};
 use super::spheres::inner;
 
 /// Time of a step, s: the longest at which the shipped gains are used.
@@ -295,7 +295,8 @@ pub fn plan(
     for (index, goal) in goals.iter().enumerate() {
         robot.check(goal)?;
         let goal = short_way(robot, start, goal);
-        let reached = check_end(robot, world, cone, &goal, "goal").and_then(|()| {
+        let name = goal_name(index, goals.len());
+        let reached = check_end(robot, world, cone, &goal, &name).and_then(|()| {
             let running = Running { world, start, cone, budget };
             running.to(std::slice::from_ref(&goal)).or_else(|rest| match rest {
                 Error::NoPath { .. } => {

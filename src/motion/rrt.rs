@@ -126,7 +126,7 @@ pub fn plan(
         budget.spend(cost)?;
         robot.check(goal)?;
         let goal = short_way(robot, start, goal);
-        match check_end(robot, world, cone, &goal, "goal") {
+        match check_end(robot, world, cone, &goal, &goal_name(index, goals.len())) {
             Ok(()) => usable.push((index, goal)),
             Err(error) => refused = Some(error),
         }
@@ -178,6 +178,11 @@ pub fn plan(
         }
     }
     Err(none)
+}
+
+/// What messages call a goal: one of several has its number, from 1 on.
+pub(super) fn goal_name(index: usize, n_goals: usize) -> String {
+    if n_goals == 1 { "goal".into() } else { format!("goal {} of {n_goals}", index + 1) }
 }
 
 /// A goal that is reached, the corners of a simplified path to it, and how long it was before, rad.
@@ -343,11 +348,14 @@ pub(super) fn check_end(
     robot.check(q)?;
     if let Some(at) = robot.outside_limits(q, 1e-9) {
         let joint = &robot.joints()[at];
+        let slides = robot.links()[joint.link].joint.motion == Motion::Slide;
         return Err(Error::Limit {
+            which: which.into(),
             joint: joint.name.clone(),
             value: q[at],
             lower: joint.lower,
             upper: joint.upper,
+            unit: if slides { "m" } else { "rad" },
         });
     }
     if !world.free(q) {

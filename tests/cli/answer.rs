@@ -137,6 +137,18 @@ fn a_problem_that_cannot_be_solved_or_read_says_why() {
     let answer = to_value(answer).unwrap();
     assert_eq!(answer["found"], false);
     assert!(answer["reason"].as_str().unwrap().contains("goal is in collision"), "{answer}");
+    // Which of several goals it is that is beyond a limit, and by how much.
+    let mut beyond = problem();
+    let goal = json!([0.6, 3.0, 3.1, -2.27, 0.0, 0.96, 1.57]);
+    beyond["goals"] = json!([goal, goal]);
+    let beyond = Problem::parse(&beyond.to_string()).unwrap();
+    let answer =
+        plan(&robot, &beyond, Means::default(), &Settings::default(), &run, &mut clock()).unwrap();
+    let answer = to_value(answer).unwrap();
+    let reason = answer["reason"].as_str().unwrap();
+    assert!(reason.starts_with("goal 2 of 2 has joint_2 at 3.0000, 0."), "{reason}");
+    assert!(reason.contains(" rad outside its range "), "{reason}");
+    assert!(answer.get("help").is_none(), "{answer}");
     // A margin is kept all the way, and one that cannot be is told.
     let mut wide = problem();
     wide["margin_m"] = json!(0.03);
