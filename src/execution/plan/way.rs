@@ -92,7 +92,7 @@ impl Planner {
         let goals = [rrt::short_way(self.robot(), &self.q, q)];
         let robot = self.robot().clone().with_reserve(END_RESERVE, &[&self.q, &goals[0]]);
         let solver = Solver::new(&robot);
-        // No arm is led by less than a millimetre past something: what there is no room for is planned otherwise.
+        // An arm that is led is off by more than what would be left: where there is no way with room, something else is planned.
         let settings = rrt::Settings { may_graze: false, ..rrt::Settings::seeded(seed) };
         // An arm that is caught is told by the search what it touches.
         let out = escape::leave(&solver, &world, &self.q, cone.as_ref(), &self.budget);
