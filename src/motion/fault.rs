@@ -239,6 +239,14 @@ pub enum NoWay {
     /// A reactive motion that touches something, or comes too near.
     #[error("the motion grazes something")]
     Grazes,
+    /// A reactive motion that used up the budget.
+    #[error(
+        "the motion was on its way when the budget of about {seconds} s of computing was spent"
+    )]
+    OnItsWay {
+        /// What the budget is on the machine this was written on, s.
+        seconds: u64,
+    },
 }
 
 /// What stops a motion of the tip along a line or about a point.

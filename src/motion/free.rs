@@ -14,8 +14,8 @@ pub enum Means {
     /// A path is searched, made shorter and certified ([`rrt`]).
     #[default]
     Rrt,
-    /// The arm is pulled to its goal and pushed away from obstacles, along a searched path where that does not lead there
-    /// ([`rmpflow`]).
+    /// The arm is pulled to its goal and pushed away from obstacles, along a searched path where that does not lead there; where
+    /// neither does, that path is taken, and says so ([`rmpflow`]).
     Rmpflow,
 }
 

@@ -15,6 +15,7 @@ use super::collision::CollisionWorld;
 pub use super::cone::Cone;
 use super::connect::Search;
 use super::error::Error;
+use super::fault::NoWay;
 use super::ik::{Solver, wrap};
 use super::motions::Motions;
 use super::polyline::{l2, length};
@@ -91,6 +92,8 @@ pub struct Path {
     pub checks: usize,
     /// Length before shortcutting, rad (Euclidean over the joints).
     pub raw_length: f64,
+    /// Why policies did not arrive, where they were to find the way and this one was searched in their place.
+    pub policies_failed: Option<NoWay>,
 }
 
 impl Path {
@@ -171,7 +174,7 @@ pub fn plan(
                     found = near.unwrap_or(found);
                 }
                 let (goal, corners, raw_length) = found;
-                return Ok(Path { corners, goal, samples, checks: motions.checks, raw_length });
+                return Ok(Path { corners, goal, samples, checks: motions.checks, raw_length, policies_failed: None });
             }
             Err(error @ Error::NoPath { .. }) => none = error,
             Err(other) => return Err(other),

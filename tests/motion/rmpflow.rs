@@ -7,6 +7,7 @@ use trueup::motion::rmpflow::{Moving, Policy, STEP, Target, plan};
 use trueup::motion::rrt::{Cone, Settings};
 use trueup::motion::solid::Solid;
 use trueup::motion::{Budget, Error, Robot};
+use trueup::workcell::Stdlib;
 
 fn ball(radius: f64, at: [f64; 3]) -> Obstacle {
     let pose = Isometry3::translation(at[0], at[1], at[2]);
@@ -137,4 +138,21 @@ fn where_neither_policies_nor_a_search_lead_is_said() {
     let run = Budget::new(|| false);
     let error = plan(&solver, &world, &start, &[goal], None, &settings, &run).unwrap_err();
     assert!(matches!(error, Error::NoPath { .. } | Error::Collision { .. }), "{error}");
+}
+
+/// With the tip at its target and the joints 425 deg from theirs an arm of six joints rested for good: there is one way to hold
+/// the tip on each branch, and a straight searched path led to the same goal again. Nothing is in the way here.
+#[test]
+fn an_arm_of_six_joints_is_led_to_another_branch() {
+    let robot = Stdlib::embedded().robot("ur5e_2f85").unwrap();
+    let solver = Solver::new(&robot);
+    let world = CollisionWorld::new(&robot);
+    let start = [0.52, -2.49, -0.36, -0.69, 1.3, -2.59];
+    let goal = vec![-2.08, 0.08, -0.6, 1.04, -1.05, -1.9];
+    let run = Budget::new(|| false);
+    let settings = Settings::seeded(1);
+    let path = plan(&solver, &world, &start, &[goal.clone()], None, &settings, &run).unwrap();
+    assert_eq!(path.policies_failed, None);
+    assert_eq!((&path.corners[0][..], path.corners.last().unwrap()), (&start[..], &goal));
+    assert!(path.corners.windows(2).all(|edge| world.certify(&edge[0], &edge[1])));
 }

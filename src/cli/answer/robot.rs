@@ -129,6 +129,9 @@ pub enum PlanAnswer {
         min_clearance_m: Option<f64>,
         /// Which of the goals is reached.
         goal: usize,
+        /// Why policies did not arrive, where they were asked for and the path is a searched one instead.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        policies_failed: Option<String>,
     },
     /// None was found.
     NotFound {
@@ -161,7 +164,7 @@ fn more(error: &Error, samples: usize) -> Option<String> {
 impl PlanAnswer {
     /// Returns the answer for people: what the whole motion is like, and a dozen corners of its path at most.
     pub fn lines(&self) -> String {
-        let (path, times, trajectory, took, length, least, goal) = match self {
+        let (path, times, trajectory, took, length, least, goal, failed) = match self {
             Self::NotFound { reason, help: Some(help), .. } => {
                 return format!("{reason}\nhelp: {help}");
             }
@@ -176,7 +179,8 @@ impl PlanAnswer {
                 length_rad: length,
                 min_clearance_m: least,
                 goal,
-            } => (path, times, trajectory, [whole, search], *length, least, goal),
+                policies_failed: failed,
+            } => (path, times, trajectory, [whole, search], *length, least, goal, failed),
         };
         let [planning, search] = took.map(|us| significant(1e-3 * us, 3));
         let duration = trajectory.t_s.last().copied().unwrap_or(0.0);
@@ -187,13 +191,15 @@ impl PlanAnswer {
         let mut text = format!(
             "a path of {} corners to goal {goal} (the first is 0), {} rad long\n\
              the motion takes {} s and {clear}\n\
-             planned in {planning} ms, of which the search took {search} ms\n\n\
-             {:>9}  joints, rad (m where one slides)\n",
+             planned in {planning} ms, of which the search took {search} ms\n",
             path.len(),
             significant(length, 4),
             significant(duration, 4),
-            "time, s",
         );
+        if let Some(why) = failed {
+            let _ = writeln!(text, "the path is a searched one, since by policies\n{why}");
+        }
+        let _ = writeln!(text, "\n{:>9}  joints, rad (m where one slides)", "time, s");
         let shown = path.len().min(SHOWN);
         for row in 0..shown {
             // The first, the last, and evenly between.
@@ -350,6 +356,7 @@ pub fn plan(
         time_s: passing_times(&path.corners, &t_s, &q_rad),
         length_rad: path.length(),
         goal: path.goal,
+        policies_failed: path.policies_failed.map(|why| why.to_string()),
         path_rad: path.corners,
         trajectory: TrajectoryAnswer { t_s, q_rad },
         planning_time_us,
@@ -403,7 +410,7 @@ mod tests {
     /// A plan was told by a hundred and forty rows, and all their times on one line.
     #[test]
     fn a_long_path_is_told_by_twelve_of_its_corners() {
-        let found = |corners: usize| PlanAnswer::Found {
+        let found = |corners: usize, failed: Option<&str>| PlanAnswer::Found {
             found: true,
             path_rad: (0..corners).map(|k| vec![k as f64, -1.5]).collect(),
             time_s: (0..corners).map(|k| 0.5 * k as f64).collect(),
@@ -416,8 +423,9 @@ mod tests {
             length_rad: 3.25,
             min_clearance_m: Some(0.003_03),
             goal: 0,
+            policies_failed: failed.map(str::to_owned),
         };
-        let told = found(40).lines();
+        let told = found(40, None).lines();
         assert!(told.contains("40 corners") && told.contains("3.03 mm"), "{told}");
         assert!(told.ends_with("`--json` prints all corners, and the trajectory at 500 instants"));
         let rows: Vec<&str> = told.lines().skip(5).collect();
@@ -425,7 +433,9 @@ mod tests {
         assert_eq!(rows[0].split_whitespace().collect::<Vec<_>>(), ["0.000", "0.0000", "-1.5000"]);
         assert!(rows[SHOWN - 1].contains(" 39.0000"), "{told}");
         assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
-        assert_eq!(found(1).lines().lines().count(), 7);
+        assert_eq!(found(1, None).lines().lines().count(), 7);
+        let told = found(2, Some("the motion grazes something")).lines();
+        assert!(told.contains("since by policies\nthe motion grazes something\n\n"), "{told}");
     }
 
     /// "no path found with 24520 samples" was all, and no way to ask for more.
