@@ -87,7 +87,7 @@ fn the_new_arms_have_all_that_a_pour_needs() {
 }
 
 /// The box about the upper arm and the cylinder about the base were 2.5 mm apart with the arm up and overlapped by 16 mm with it
-/// down, where ur_description's meshes are 17 mm apart: half of all positions were refused, and every margin above 2.5 mm.
+/// down, where `ur_description`'s meshes are 17 mm apart: half of all positions were refused, and every margin above 2.5 mm.
 #[test]
 fn an_upper_arm_swings_past_its_base() {
     let robot = robot("ur5e_2f85");
