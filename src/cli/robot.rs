@@ -286,7 +286,7 @@ pub(super) fn robot(
             if style.json {
                 style.document(&found);
             } else {
-                style.say(found.lines());
+                style.say(found.lines(&robot.sliding()));
             }
             Ok(if matches!(found, answer::PlanAnswer::Found { .. }) { Exit::Yes } else { Exit::No })
         }

@@ -32,6 +32,8 @@ const SHOWN: usize = 12;
 pub const SAMPLES: usize = 50_000;
 /// So many samples can be asked for. Chosen: what has been searched through fits into memory.
 pub const MOST_SAMPLES: usize = 1_000_000;
+/// Joints of one kind whose path is no longer than this do not move, rad or m: the last digit of an encoder.
+const STILL: f64 = 1e-6;
 /// Longest cut along an edge when a corner is rounded, rad.
 const MAX_CUT: f64 = 0.2;
 
@@ -113,7 +115,7 @@ pub enum PlanAnswer {
     Found {
         /// Always true.
         found: bool,
-        /// Corners of the path, rad; straight joint motions between them are free of collision.
+        /// Corners of the path, rad, m where a joint slides; straight joint motions between them are free of collision.
         path_rad: Vec<Vec<f64>>,
         /// When the trajectory is nearest to each corner, s.
         time_s: Vec<f64>,
@@ -123,7 +125,7 @@ pub enum PlanAnswer {
         planning_time_us: f64,
         /// How long the search, what made its path shorter and its certificate took, µs: without timing the motion.
         time_us: f64,
-        /// Length of the path, rad (Euclidean over the joints).
+        /// Length of the path, Euclidean over the joints: rad, m where a joint slides.
         length_rad: f64,
         /// Smallest distance to anything along the whole path and trajectory, m, to 0.1 mm; absent when nothing can be touched.
         min_clearance_m: Option<f64>,
@@ -162,9 +164,10 @@ fn more(error: &Error, samples: usize) -> Option<String> {
 }
 
 impl PlanAnswer {
-    /// Returns the answer for people: what the whole motion is like, and a dozen corners of its path at most.
-    pub fn lines(&self) -> String {
-        let (path, times, trajectory, took, length, least, goal, failed) = match self {
+    /// Returns the answer for people: what the whole motion is like, and a dozen corners of its path at most. `sliding` says
+    /// which joints slide.
+    pub fn lines(&self, sliding: &[bool]) -> String {
+        let (path, times, trajectory, took, least, goal, failed) = match self {
             Self::NotFound { reason, help: Some(help), .. } => {
                 return format!("{reason}\nhelp: {help}");
             }
@@ -176,11 +179,11 @@ impl PlanAnswer {
                 trajectory,
                 planning_time_us: whole,
                 time_us: search,
-                length_rad: length,
+                length_rad: _,
                 min_clearance_m: least,
                 goal,
                 policies_failed: failed,
-            } => (path, times, trajectory, [whole, search], *length, least, goal, failed),
+            } => (path, times, trajectory, [whole, search], least, goal, failed),
         };
         let [planning, search] = took.map(|us| significant(1e-3 * us, 3));
         let duration = trajectory.t_s.last().copied().unwrap_or(0.0);
@@ -189,11 +192,11 @@ impl PlanAnswer {
             None => "can touch nothing".to_owned(),
         };
         let mut text = format!(
-            "a path of {} corners to goal {goal} (the first is 0), {} rad long\n\
+            "a path of {} corners to goal {goal} (the first is 0), {} long\n\
              the motion takes {} s and {clear}\n\
              planned in {planning} ms, of which the search took {search} ms\n",
             path.len(),
-            significant(length, 4),
+            length(path, sliding),
             significant(duration, 4),
         );
         if let Some(why) = failed {
@@ -217,12 +220,31 @@ impl PlanAnswer {
     }
 }
 
+/// Words how long a path is: what turns in rad, what slides in m, and both where both move.
+fn length(path: &[Vec<f64>], sliding: &[bool]) -> String {
+    let of = |slides: bool| -> f64 {
+        let edge = |ends: &[Vec<f64>]| {
+            let moved = ends[0].iter().zip(&ends[1]).zip(sliding);
+            let kind = moved.filter(|(_, is_sliding)| **is_sliding == slides);
+            kind.map(|((a, b), _)| (b - a).powi(2)).sum::<f64>().sqrt()
+        };
+        path.windows(2).map(edge).sum()
+    };
+    let [turned, slid] = [false, true].map(of);
+    let [rad, m] = [turned, slid].map(|length| significant(length, 4));
+    match (turned > STILL, slid > STILL) {
+        (true, true) => format!("{rad} rad and {m} m"),
+        (false, true) => format!("{m} m"),
+        (_, false) => format!("{rad} rad"),
+    }
+}
+
 /// Joints over time.
 #[derive(Debug, Clone, Serialize)]
 pub struct TrajectoryAnswer {
     /// Instants, s.
     pub t_s: Vec<f64>,
-    /// Positions at each, rad.
+    /// Positions at each, rad, m where a joint slides.
     pub q_rad: Vec<Vec<f64>>,
 }
 
@@ -425,7 +447,7 @@ mod tests {
             goal: 0,
             policies_failed: failed.map(str::to_owned),
         };
-        let told = found(40, None).lines();
+        let told = found(40, None).lines(&[false; 2]);
         assert!(told.contains("40 corners") && told.contains("3.03 mm"), "{told}");
         assert!(told.ends_with("`--json` prints all corners, and the trajectory at 500 instants"));
         let rows: Vec<&str> = told.lines().skip(5).collect();
@@ -433,8 +455,8 @@ mod tests {
         assert_eq!(rows[0].split_whitespace().collect::<Vec<_>>(), ["0.000", "0.0000", "-1.5000"]);
         assert!(rows[SHOWN - 1].contains(" 39.0000"), "{told}");
         assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
-        assert_eq!(found(1, None).lines().lines().count(), 7);
-        let told = found(2, Some("the motion grazes something")).lines();
+        assert_eq!(found(1, None).lines(&[false; 2]).lines().count(), 7);
+        let told = found(2, Some("the motion grazes something")).lines(&[false; 2]);
         assert!(told.contains("since by policies\nthe motion grazes something\n\n"), "{told}");
     }
 
@@ -444,7 +466,7 @@ mod tests {
         let why = NoWay::NeverMet { start: 611, goal: 610 };
         let error = Error::NoPath { samples: 25_141, why };
         let help = more(&error, SAMPLES);
-        let told = PlanAnswer::NotFound { found: false, reason: error.to_string(), help }.lines();
+        let told = PlanAnswer::NotFound { found: false, reason: error.to_string(), help }.lines(&[]);
         assert!(told.starts_with("no path found with 25141 samples"), "{told}");
         assert!(told.contains("\nhelp: `--samples 500000` searches longer"), "{told}");
         assert!(told.contains("`--seed`"), "{told}");
@@ -453,5 +475,16 @@ mod tests {
         let grazes = Error::NoPath { samples: 3, why: NoWay::Grazes };
         assert!(more(&grazes, SAMPLES).unwrap().contains("`--motion rrt`"));
         assert_eq!(more(&Error::NoGoal, SAMPLES), None);
+    }
+
+    /// 1.8 m along a rail were "1.8 rad long".
+    #[test]
+    fn a_path_is_as_long_as_its_joints_turn_and_slide() {
+        let path = vec![vec![0.0, 0.5], vec![1.0, 0.5], vec![1.8, 0.5]];
+        assert_eq!(length(&path, &[true, false]), "1.8 m");
+        assert_eq!(length(&path, &[false, true]), "1.8 rad");
+        let both = vec![vec![0.0, 0.5], vec![-1.5, 0.75]];
+        assert_eq!(length(&both, &[false, true]), "1.5 rad and 0.25 m");
+        assert_eq!(length(&path[..1], &[false; 2]), "0 rad");
     }
 }
