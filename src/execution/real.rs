@@ -50,6 +50,8 @@ struct Found {
     sightings: Vec<Sighting>,
     /// What else there is, where that was asked.
     others: Option<Vec<Unknown>>,
+    /// What the scene's objects bound that were not found where they fit.
+    doubted: Vec<Unknown>,
     /// Whether it has any colour.
     has_colour: bool,
 }
@@ -214,13 +216,14 @@ impl Body for RealBody {
             // What hangs over the table hides it, and is reflected in it.
             let is_open = options.elsewhere.is_empty();
             let others = is_open.then(|| look.unexplained(&sightings, &options, &before));
+            let doubted = look.doubted(&sightings);
             if look.is_stopped() {
                 return Ok(None);
             }
             let mut image = annotate(&photo, &sightings);
             outline_unknown(&mut image, &camera, others.as_deref().unwrap_or(&[]));
             let (picture, has_colour) = (Event::picture(name, &image), look.has_colour());
-            Ok(Some(Found { picture, sightings, others, has_colour }))
+            Ok(Some(Found { picture, sightings, others, doubted, has_colour }))
         }));
         Ok(())
     }
@@ -231,7 +234,7 @@ impl Body for RealBody {
         // A mistake of the program's own is no fault of the photograph.
         let found = looking.join().unwrap_or_else(|panic| resume_unwind(panic));
         let found = found.map_err(no_use)?.ok_or(DeviceError::Stopped)?;
-        let Found { picture, sightings, others, has_colour } = found;
+        let Found { picture, sightings, others, doubted, has_colour } = found;
         if let Ok(mut watcher) = self.watcher.lock() {
             watcher.event(&picture);
             if !has_colour {
@@ -245,7 +248,8 @@ impl Body for RealBody {
             }
         }
         self.belief.saw(&sightings);
-        if let Some(others) = others {
+        if let Some(mut others) = others {
+            others.extend(doubted);
             self.belief.saw_unknown(others);
         }
         Ok(())

@@ -6,6 +6,7 @@ use nalgebra::Vector2;
 use super::identity;
 use super::own_cut::{chosen, offered_cuts, overlap, own_cut};
 use super::probability::{self, Says};
+use super::rival::{GAP, RIVAL_LEAST, along_std, apart_std, is_another};
 use super::{Checks, FOUND, MaskIs, Sighting, Way, belief, wording};
 use crate::alignment::contour::Smoothness;
 use crate::alignment::doubt::{Doubt, TableDoubt};
@@ -20,6 +21,7 @@ fn unseen(name: &str) -> Sighting {
     Sighting {
         name: name.to_owned(),
         found: false,
+        fits: false,
         reason: None,
         ambiguous: None,
         world_from_object: None,
@@ -108,12 +110,12 @@ pub(super) fn judge(
     sighting.score = best.score;
     sighting.world_from_object = Some(best.pose());
 
-    let apart = (RIVAL * object.shape.inner_radius()).max(RIVAL_LEAST);
-    let rival = rivals.iter().find(|c| c.distance(&best) > apart);
+    let rival = rivals.iter().find(|c| is_another(&object.shape, &best, c));
     let gap = rival.map_or(1.0, |r| 1.0 - r.score.total / best.score.total.max(TINY));
     let at_its_place = rivals.iter().filter(|c| c.distance(&best) < RIVAL_LEAST);
     let (_, by_turn) = apart_std(&best, at_its_place, object.shape.symmetry());
     sighting.yaw_std = sighting.yaw_std.hypot(by_turn);
+    sighting.std = sighting.std.hypot(along_std(&object.shape, &best, rivals));
     let other = identity::ask(evidence, &best, alike);
     let gap = gap.min(other.ahead);
     sighting.gap = gap;
@@ -125,6 +127,7 @@ pub(super) fn judge(
     let silhouette = fill(&outline, evidence, sighting.bbox, (w as u32, h as u32));
     sighting.checks.mask_iou = own.as_ref().map(|own| overlap(&own.mask, &silhouette));
     let tie = believe(&mut sighting, &best, object.material, rival);
+    sighting.fits &= is_chosen && table.holds(best.x, best.y, 0.0);
     if !is_chosen {
         sighting.confidence = 0.0;
         sighting.reason = Some(if is_explained {
@@ -141,6 +144,7 @@ pub(super) fn judge(
     // What looks like the thing tells of the table, whether or not its outline is whole; what is something else does not.
     let doubt = doubt.filter(|_| !is_explained && belief(&best.score) * tie >= FOUND);
     if hardly_in_view(&mut sighting, &best, object.material) {
+        sighting.fits = false;
         sighting.reason = Some(wording::hardly_in_view(&best));
     }
 
@@ -196,7 +200,8 @@ fn masked(
     }
 }
 
-/// Says how probable a placement is and what speaks most against it; returns what the nearest rival leaves of it.
+/// Says how probable a placement is and what speaks most against it, and whether it fits there, wherever else it would as well;
+/// returns what the nearest rival leaves of it.
 fn believe(
     sighting: &mut Sighting,
     best: &Candidate,
@@ -214,7 +219,10 @@ fn believe(
         missing,
         apart: sighting.checks.apart,
     };
-    let (likely, against) = probability::of(&said, material == Material::Transparent);
+    let is_clear = material == Material::Transparent;
+    let (likely, against) = probability::of(&said, is_clear);
+    let alone = probability::Evidence { gap: 1.0, elsewhere: 1.0, ..said };
+    sighting.fits = !is_clear && missing <= MISSING && probability::of(&alone, false).0 >= FOUND;
     let tie = (TIED + gap / GAP).clamp(0.0, 1.0);
     sighting.confidence = likely * tie;
     if let Some(rival) = rival.filter(|_| gap < NEAR_TIE) {
@@ -227,26 +235,6 @@ fn believe(
         sighting.reason = Some(wording::missing_edges(best, missing));
     }
     tie
-}
-
-/// Returns how far place, m, and turn, rad, may be off because the thing looks nearly the same at other places: the deviation
-/// of their mixture about the best, in which each counts by how nearly; `symmetry` is the turn that looks the same, rad.
-fn apart_std<'c>(
-    best: &Candidate,
-    others: impl IntoIterator<Item = &'c Candidate>,
-    symmetry: f64,
-) -> (f64, f64) {
-    let (mut squares, mut weights) = ([0.0_f64; 2], 1.0_f64);
-    for other in others {
-        let behind = 1.0 - other.score.total / best.score.total.max(TINY);
-        if behind < GAP {
-            let weight = 1.0 - (behind / GAP).max(0.0);
-            squares[0] += weight * best.distance(other).powi(2);
-            squares[1] += weight * best.turned(other, symmetry).powi(2);
-            weights += weight;
-        }
-    }
-    ((squares[0] / weights).sqrt(), (squares[1] / weights).sqrt())
 }
 
 /// Returns one standard deviation of a place, m, and of its turn, rad, were the scene right: that of its fit and, of what is
@@ -306,15 +294,7 @@ const PER_EDGE: usize = 12;
 const BETTER: f64 = 1.02;
 const AS_GOOD: f64 = 0.97;
 const SURER: f64 = 0.8;
-/// A second place is a rival when it is this far off, as a share of the radius inside, and at least so far, m.
-/// Chosen: nearer ones are the same place, a little beside it; with twice as much a neighbour of the same look is
-/// overlooked.
-const RIVAL: f64 = 0.6;
-const RIVAL_LEAST: f64 = 0.02;
-/// How far behind the second place must be, as a share, for the first to be believed in full, and what is believed at
-/// a tie. A rival within 5 % marked two of three wrong placements and one right one of real photographs (measured
-/// with a prototype of this fit). Chosen around that: at 9 % nothing is taken off, at 4 % half.
-const GAP: f64 = 0.1;
+/// What is believed at a tie; [`GAP`] ahead of it nothing is taken off.
 const TIED: f64 = 0.1;
 /// The gap that the measurement marks, told in words.
 const NEAR_TIE: f64 = 0.05;
@@ -467,27 +447,4 @@ fn fill(outline: &Outline, evidence: &Evidence, bbox: [f64; 4], size: (u32, u32)
         }
     }
     mask
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn places_count_by_how_nearly_they_fit_as_well() {
-        let at = |x: f64, yaw: f64, total: f64| {
-            let score = Score { total, ..Score::default() };
-            Candidate { x, y: 0.0, yaw, score, fit: None }
-        };
-        let (best, quarter) = (at(0.5, 0.1, 0.8), std::f64::consts::FRAC_PI_2);
-        assert_eq!(apart_std(&best, &[], quarter), (0.0, 0.0));
-        // As good: half of the mixture is 6 mm and 0.2 rad off. Far behind: it does not count.
-        let others = [at(0.506, 0.3 - quarter, 0.8), at(0.6, 0.5, 0.8 * (1.0 - GAP))];
-        let (place, turn) = apart_std(&best, &others, quarter);
-        assert!((place - 0.006 / 2.0_f64.sqrt()).abs() < 1e-9, "{place}");
-        assert!((turn - 0.2 / 2.0_f64.sqrt()).abs() < 1e-9, "{turn}");
-        // Half as far behind counts half, and what is round is not turned.
-        let (place, turn) = apart_std(&best, &[at(0.506, 0.3, 0.8 * (1.0 - 0.5 * GAP))], 0.0);
-        assert!((place - 0.006 / 3.0_f64.sqrt()).abs() < 1e-9 && turn == 0.0, "{place} {turn}");
-    }
 }

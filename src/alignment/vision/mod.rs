@@ -20,6 +20,7 @@ mod judge;
 mod look;
 mod own_cut;
 mod probability;
+mod rival;
 mod stop;
 mod together;
 mod unexplained;
@@ -168,6 +169,8 @@ pub struct Sighting {
     pub name: String,
     /// Whether it is on the table in this picture, as far as one can be sure.
     pub found: bool,
+    /// Whether its outline fits where it most probably is, wherever else it fits as well; never of what is clear.
+    pub fits: bool,
     /// Why it is not found, or what speaks against a pose that was found.
     pub reason: Option<String>,
     /// What the picture says against the scene although the object is found: the pose may be off by more
@@ -209,6 +212,12 @@ pub struct Sighting {
 }
 
 impl Sighting {
+    /// Returns where a thing that was not found fits all the same: what is there is not something that nobody declared.
+    pub(super) fn doubted(&self) -> Option<ObjectPose> {
+        let is_doubted = self.fits && !self.found && self.kept.is_none();
+        self.likeliest.filter(|_| is_doubted)
+    }
+
     /// Words how a thing at a pose is turned, with how unsure that is where it is not seen.
     pub fn turned(&self, pose: &ObjectPose) -> String {
         wording::turned(pose.yaw(), self.yaw_std)

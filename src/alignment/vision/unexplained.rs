@@ -14,7 +14,7 @@ use super::{Look, Options, Sighting};
 use crate::alignment::measure::{Measured, Unmeasured, measure_in};
 use crate::alignment::outline::{Outline, Projector, inside_convex};
 use crate::alignment::picture::QUARTER;
-use crate::world::{Camera, Mark, Pixel, Scene, Unknown};
+use crate::world::{Camera, Form, Mark, Pixel, Scene, Shape, Unknown};
 
 /// From so many spreads on a colour is not the table's: of normal noise one pixel in five hundred million is, and wood
 /// has streaks of twice its spread.
@@ -59,6 +59,28 @@ impl Look<'_> {
             self.measured_in(region.in_picture).map_or(region.bound, Measured::bound)
         });
         known.collect()
+    }
+
+    /// Returns what bounds the things that were not found although they fit at their likeliest places: each as it would stand
+    /// there. The arm has to keep clear of them, and they are nothing that the scene does not declare.
+    pub fn doubted(&self, sightings: &[Sighting]) -> Vec<Unknown> {
+        let bound = |sighting: &Sighting| {
+            let world_from_object = sighting.doubted()?;
+            let object = self.scene.object(&sighting.name)?;
+            let (radius, height) = (object.shape.outer_radius(), object.shape.height());
+            let shape = match &object.shape {
+                Shape::Cuboid { size } => Shape::Cuboid { size: *size },
+                _ => Shape::Cylinder { radius, height },
+            };
+            let within = 2.0 * sighting.std_if_there;
+            Some(Unknown {
+                at: world_from_object.origin().xy().into(),
+                radius: radius + within,
+                height: height + within,
+                form: Some(Form { shape, world_from_object, within, colour: object.colour }),
+            })
+        };
+        sightings.iter().filter_map(bound).collect()
     }
 
     /// Measures what stands in a box of the picture, `[u0, v0, u1, v1]` px, as [`Self::unexplained_regions`] finds it.
@@ -138,7 +160,7 @@ pub struct Unexplained {
     pub in_picture: [f64; 4],
 }
 
-/// The outlines of what is seen, or kept.
+/// The outlines of what is seen, kept, or not found where it fits.
 struct Known {
     /// Their corners, px, in order, and the box around them, `[u0, v0, u1, v1]`.
     hulls: Vec<(Vec<Vector2<f64>>, [f64; 4])>,
@@ -146,7 +168,9 @@ struct Known {
 
 impl Known {
     fn of(sightings: &[Sighting]) -> Self {
-        let is_known = |sighting: &&Sighting| sighting.found || sighting.kept.is_some();
+        let is_known = |sighting: &&Sighting| {
+            sighting.found || sighting.kept.is_some() || sighting.doubted().is_some()
+        };
         let hull = |sighting: &Sighting| {
             let corners: Vec<Vector2<f64>> =
                 sighting.hull.iter().map(|c| Vector2::from(*c)).collect();
