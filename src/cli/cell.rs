@@ -8,7 +8,7 @@ use crate::lab::LabSettings;
 use crate::language::Source;
 use crate::report::{self, Failure, Style};
 use crate::vqa::Endpoint;
-use crate::workcell::{Options, Stdlib, WorkCell};
+use crate::workcell::{Options, Run, Stdlib, WorkCell};
 
 use super::arm::{self, ArmAt};
 use super::clock::clock;
@@ -85,6 +85,19 @@ pub(super) fn options(cli: &Shared, script: Option<Source>) -> Result<Options, F
         is_real_time: cli.cell.pace == Pace::Real,
         clock,
     })
+}
+
+/// Returns the arguments with the scene and the stdlib that a run was made with where none is named, as far as they are there.
+pub(super) fn of_run(cli: &Shared, run: &Run) -> Shared {
+    let mut cli = cli.clone();
+    let Some(setting) = &run.setting else { return cli };
+    let there = |named: &Option<String>, is_one: fn(&Path) -> bool| {
+        named.as_ref().map(PathBuf::from).filter(|path| is_one(path))
+    };
+    let cell = &mut cli.cell;
+    cell.scene = cell.scene.take().or_else(|| there(&setting.file, Path::is_file));
+    cell.stdlib = cell.stdlib.take().or_else(|| there(&setting.stdlib, Path::is_dir));
+    cli
 }
 
 /// Opens the cell the arguments ask for.

@@ -30,8 +30,8 @@ pub(super) struct ExportArgs {
     /// A table: the arm's recording with the current step and every fluent as measured last.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// An RRD file for Rerun: as `--mcap`, and the arm's links, margins and what was said. Of a run in another scene than
-    /// the kitchen, `--scene` says which, for the links.
+    /// An RRD file for Rerun: as `--mcap`, and the arm's links, margins and what was said. For the links, `--scene` says which
+    /// scene the run was made in, where its file is not where it was.
     #[cfg(feature = "arrow")]
     #[arg(long, value_name = "FILE")]
     rrd: Option<PathBuf>,
@@ -138,7 +138,7 @@ fn links(
     if args.rrd.is_none() {
         return Ok(None);
     }
-    let found = Links::of(run, cell::options(cli, None)?)
+    let found = Links::of(run, cell::options(&cell::of_run(cli, run), None)?)
         .map_err(|error| report::cell_failure(&error, style))?;
     if found.is_none() {
         style.note(

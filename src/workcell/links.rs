@@ -1,7 +1,8 @@
 //! Where the links of the arm were at joint positions of a run that is kept.
 //!
-//! A run folder does not hold its robot. The robot and the scene at hand, with what the run's regressions found, are
-//! believed to be the run's if they give the tool at the joint positions of its steps where its steps say it was.
+//! A run folder does not hold its robot; it names it ([`super::Setting`]). The robot and the scene at hand, with what the run's
+//! regressions found, are believed to be the run's if they give the tool at the joint positions of its steps where its steps
+//! say it was.
 
 use nalgebra::Isometry3;
 
@@ -36,16 +37,26 @@ impl Links {
     }
 
     fn believed(run: &Run, robot: &Robot, scene: &Scene) -> Option<Self> {
-        let links = match &run.calibration {
+        let links = Self::found(run, robot, scene);
+        (links.agree(run) == Some(true)).then_some(links)
+    }
+
+    /// Returns the links of a robot in a scene with what the run's regressions found.
+    fn found(run: &Run, robot: &Robot, scene: &Scene) -> Self {
+        match &run.calibration {
             None => Self { robot: robot.clone(), world_from_base: scene.world_from_base },
             Some(found) => {
                 let world_from_base = found.world_from_base(scene);
                 Self { robot: found.robot(robot), world_from_base }
             }
-        };
+        }
+    }
+
+    /// Whether they have the tool where a run says that it was; `None` of a run that says it nowhere.
+    fn agree(&self, run: &Run) -> Option<bool> {
         let mut states = run.start.iter().chain(run.steps.iter().map(|step| &step.measured));
         let is_known = states.clone().next().is_some();
-        (is_known && states.all(|state| links.is_at(state))).then_some(links)
+        is_known.then(|| states.all(|state| self.is_at(state)))
     }
 
     fn is_at(&self, state: &WorldState) -> bool {
@@ -76,4 +87,10 @@ impl Links {
         let world_from_base = self.world_from_base.isometry();
         Some(base_from_link.iter().map(|pose| world_from_base * pose).collect())
     }
+}
+
+/// Whether a robot in a scene is the run's: with what the run's regressions found it has the tool at the joint positions of the
+/// steps where the steps say it was. `None` of a run that has no state to tell by.
+pub fn agree(run: &Run, robot: &Robot, scene: &Scene) -> Option<bool> {
+    Links::found(run, robot, scene).agree(run)
 }

@@ -48,6 +48,7 @@ mod perform;
 mod promises;
 mod roles;
 mod run;
+mod setting;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -86,6 +87,7 @@ pub use learning::Learnt;
 pub use needs::TILTED;
 pub use options::{CANDIDATES, Options};
 pub use outcome::{Aims, Ending, Run, State, Timing, Tried, Water};
+pub use setting::Setting;
 pub use stdlib::{RobotError, Stdlib};
 use texts::with_sources;
 pub use texts::{add_scene, library, scene_name, scene_of};
@@ -135,6 +137,7 @@ impl WorkCell {
         connect: impl FnOnce(&Arc<Robot>, &Scene, &Options) -> Result<Devices, Error>,
     ) -> Result<Self, Error> {
         let (library, scene, robot) = devices::place(&mut options)?;
+        let setting = Setting::of(&library, &options.stdlib, &scene);
         let known = Known::of(&library, &scene, robot.n_joints());
         // Reality is put up from what is declared; everything else works with what is known.
         let devices = connect(&robot, &scene, &options)?;
@@ -153,8 +156,17 @@ impl WorkCell {
         let Options { robot: robot_name, stdlib, seed, switches, candidates, means, clock, .. } =
             options;
         let candidates = candidates.max(1);
-        let setup =
-            Setup { library, stdlib, robot_name, seed, switches, candidates, is_real_time, clock };
+        let setup = Setup {
+            library,
+            stdlib,
+            setting,
+            robot_name,
+            seed,
+            switches,
+            candidates,
+            is_real_time,
+            clock,
+        };
         let belief = Belief::new(scene.clone());
         let cancel = devices.cancel.clone();
         let parts = Parts { setup, scene, robot, known, pace, means, belief, cancel };

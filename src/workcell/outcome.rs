@@ -12,6 +12,7 @@ use crate::world::WorldState;
 
 use super::displaced::Displaced;
 use super::matching::Matching;
+use super::setting::Setting;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -147,6 +148,9 @@ pub struct Run {
     pub seed: u64,
     /// `lab` or `twin`.
     pub robot: String,
+    /// The scene and the arm that it was made with. Records of older programs do not say.
+    #[serde(default, rename = "scene", skip_serializing_if = "Option::is_none")]
+    pub setting: Option<Setting>,
     /// The program's version.
     pub version: String,
     /// The world when it began, once it was looked at.
@@ -205,6 +209,7 @@ impl Run {
             device_help: None,
             seed: 0,
             robot: String::new(),
+            setting: None,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             start: None,
             calibration: None,

@@ -16,13 +16,15 @@ use crate::vqa::Endpoint;
 use super::fork::Moments;
 use super::known::Known;
 use super::leader::SharedLead;
-use super::{Learnt, Stdlib};
+use super::{Learnt, Setting, Stdlib};
 
 /// What the cell was opened with.
 #[derive(Clone)]
 pub(super) struct Setup {
     pub(super) library: Library,
     pub(super) stdlib: Stdlib,
+    /// Where scene and robot were found.
+    pub(super) setting: Setting,
     /// `lab`, `twin`, or where the arm is.
     pub(super) robot_name: String,
     /// What the twin's chance comes from.

@@ -128,7 +128,8 @@ impl WorkCell {
         let (seed, robot) = (self.setup.seed, self.setup.robot_name.clone());
         let state = State::Running;
         let scale_under = self.scales.as_ref().and_then(|scales| scales.with_cable());
-        Run { state, seed, robot, scale_under, ..Run::so_far(&text::call(call), &[]) }
+        let setting = Some(self.setup.setting.clone());
+        Run { state, seed, robot, setting, scale_under, ..Run::so_far(&text::call(call), &[]) }
     }
 
     fn carry(

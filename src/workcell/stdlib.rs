@@ -45,6 +45,8 @@ pub struct Stdlib {
     files: BTreeMap<String, String>,
     /// The folder on the disk that a URDF of this path lies in, for its meshes.
     beside: BTreeMap<String, PathBuf>,
+    /// The folder that was laid over what is embedded.
+    folder: Option<PathBuf>,
     read: fn(&str) -> io::Result<String>,
 }
 
@@ -58,6 +60,7 @@ impl Default for Stdlib {
         Self {
             files: BTreeMap::new(),
             beside: BTreeMap::new(),
+            folder: None,
             read: |_| Err(io::Error::new(io::ErrorKind::Unsupported, NoFiles)),
         }
     }
@@ -93,6 +96,7 @@ impl Stdlib {
     ///
     /// The path that cannot be read, and why.
     pub fn with_folder(mut self, folder: &Path) -> Result<Self, (PathBuf, io::Error)> {
+        self.folder = Some(folder.to_path_buf());
         let mut open = vec![folder.to_path_buf()];
         while let Some(dir) = open.pop() {
             let entries = fs::read_dir(&dir).map_err(|error| (dir.clone(), error))?;
@@ -113,6 +117,11 @@ impl Stdlib {
             }
         }
         Ok(self)
+    }
+
+    /// Returns the folder that was laid over what is embedded, as it was named.
+    pub fn folder(&self) -> Option<&Path> {
+        self.folder.as_deref()
     }
 
     /// Returns the `.task` files, path and text, in the order they build on each other.

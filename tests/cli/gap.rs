@@ -429,4 +429,15 @@ fn a_folder_of_runs_is_its_runs_and_what_cannot_serve_is_named() {
     assert!(said.error("help").contains("before the arm moved"), "{}", said.out);
     let said = scratch.trueup(&["gap", "7", "--json"]);
     assert_eq!((said.code, said.error("code").as_str()), (2, "run::unknown"), "{}", said.out);
+
+    // A run that was made elsewhere is not judged by what is at hand.
+    let place = format!("{}/run.json", moved[0]);
+    let record = fs::read_to_string(scratch.path(&place)).unwrap();
+    let elsewhere =
+        record.replacen(r#""scene":{"name":"kitchen""#, r#""scene":{"name":"bench""#, 1);
+    assert_ne!(elsewhere, record, "the record says what it was made with");
+    scratch.file(&place, elsewhere);
+    let said = scratch.trueup(&["gap", &moved[0], "--json"]);
+    assert_eq!((said.code, said.error("code").as_str()), (2, "gap::setting"), "{}", said.out);
+    assert!(said.error("help").contains("--scene FILE"), "{}", said.out);
 }

@@ -168,6 +168,7 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         displaced: Vec::new(),
         seed: 1,
         robot: "lab".into(),
+        setting: None,
         version: "0".into(),
         start: None,
         calibration: None,

@@ -136,6 +136,8 @@ fn a_stop_in_a_step_is_recorded_and_the_cell_goes_on() {
     assert!(!last.fluents.is_empty() && last.fluents.iter().all(|row| row.expected.is_none()));
     let whole = kept(&folder);
     assert_eq!((whole.outcome, whole.steps.len()), (run.outcome, run.steps.len()));
+    let made = whole.setting.unwrap();
+    assert_eq!((made.name.as_str(), made.robot.as_str()), ("kitchen", "gen3_2f85"));
     assert!(!folder.join("run.json.part").exists());
     // The arm is at rest, and was not sent anywhere afterwards.
     let text = fs::read_to_string(folder.join("arm.csv")).unwrap();

@@ -10,14 +10,15 @@ use crate::language::Source;
 use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
 use crate::workcell::archive;
-use crate::workcell::{self, Run, carried, poured, record};
+use crate::workcell::{self, Run, Stdlib, carried, poured, record};
 use crate::world::Scene;
 
-use super::super::cell::stdlib;
+use super::super::cell::{of_run, stdlib};
 use super::super::inputs::{arm_rows, data, read};
 use super::super::shared::Shared;
 use super::foreign::{self, failure};
 use super::given::{Aside, nothing};
+use super::setting::{AtHand, changed};
 use super::{GapArgs, bags};
 
 /// What all the recordings are of.
@@ -34,14 +35,23 @@ pub(super) struct Inputs {
     pub(super) kind: Kind,
     /// The scene, unless the recordings are of an arm alone.
     pub(super) scene: Option<Scene>,
+    /// The robot of the runs, where there are any.
+    pub(super) robot: Option<Own>,
     /// The runs among what was given, each with the name of its folder.
     pub(super) runs: Vec<(String, Run)>,
     /// What of the paths was looked at.
     pub(super) used: Vec<PathBuf>,
 }
 
+/// The robot that runs were made with: the stdlib that it is in, and its name there.
+pub(super) struct Own {
+    stdlib: Stdlib,
+    name: String,
+}
+
 /// Reads every recording; a run folder's is its pour, if it has one and a scale was read, else the arm's. Of several runs those of
-/// another kind than the last are left out, and those of which nothing can be told.
+/// another kind than the last are left out, those of which nothing can be told, and those of another arm or scene than the last
+/// was made with, unless a scene is named.
 pub(super) fn inputs(
     args: &GapArgs,
     map: &Map,
@@ -53,31 +63,49 @@ pub(super) fn inputs(
     let runs: Vec<Option<Run>> =
         args.recordings.iter().map(|path| run_at(path)).collect::<Result<_, _>>()?;
     let has = |is: fn(&Recording) -> bool| files.iter().flatten().any(is);
-    let mut scene = None;
+    let last = runs.iter().flatten().next_back();
+    let is_named = cli.cell.scene.is_some() || model.is_some();
+    let made_with = last.map(|run| of_run(cli, run));
+    let cli = made_with.as_ref().unwrap_or(cli);
+    let (mut scene, mut robot) = (None, None);
     let mut aside = Aside::default();
     let mut refused = None;
+    let mut edited = None;
     if runs.iter().any(Option::is_some) || has(Pour::is_one) || has(Held::is_one) {
         let own = scene_of(cli, model, style)?;
-        let robot = stdlib(cli)?.robot(&own.robot).map_err(|error| {
-            Failure::input("scene::robot", error.to_string()).at(own.name.as_str())
+        let known = stdlib(cli)?;
+        let arm = known.robot(&own.robot).map_err(|error| {
+            let help = "name the folder that its robot is in with `--stdlib DIR`";
+            Failure::input("scene::robot", error.to_string()).at(own.name.as_str()).help(help)
         })?;
+        if let (Some(run), Some(file)) = (last, &cli.cell.scene) {
+            edited = changed(run, file, &read(file)?);
+        }
+        let at_hand = AtHand { robot: &arm, scene: &own, is_named };
         for ((file, run), path) in files.iter_mut().zip(&runs).zip(&args.recordings) {
             let Some(run) = run else { continue };
+            if let Some(why) = at_hand.refuses(run) {
+                aside.add(path, why.message.as_str());
+                refused.get_or_insert_with(|| why.at(path.display().to_string()));
+                file.clear();
+                continue;
+            }
             for recording in &mut *file {
-                match poured::pour(run, recording, &robot, &own) {
+                match poured::pour(run, recording, &arm, &own) {
                     // The arm's recording of a run, by itself, is what was asked for.
                     Ok(Some(pour)) if path.is_dir() => *recording = pour,
                     Err(error) if path.is_dir() => {
                         aside.add(path, error.what.as_str());
                         refused.get_or_insert_with(|| failure(&error));
                     }
-                    _ => carried::carried(run, recording, &robot, &own),
+                    _ => carried::carried(run, recording, &arm, &own),
                 }
             }
             if aside.has(path) {
                 file.clear();
             }
         }
+        robot = last.map(|_| Own { stdlib: known, name: own.robot.clone() });
         scene = Some(own);
     }
     let kinds: Vec<Option<Kind>> = files.iter().map(|file| file.first().map(kind_of)).collect();
@@ -101,6 +129,7 @@ pub(super) fn inputs(
     let mut recordings = flat(files);
     if let Some(first) = recordings.first_mut() {
         first.notes.extend(aside.notes());
+        first.notes.extend(edited);
     }
     let scene = scene.filter(|_| kind != Kind::Arm);
     let names = args.recordings.iter().map(|path| {
@@ -108,7 +137,7 @@ pub(super) fn inputs(
         folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned()
     });
     let runs = names.zip(runs).filter_map(|(name, run)| Some((name, run?))).collect();
-    Ok(Inputs { recordings, kind, scene, runs, used })
+    Ok(Inputs { recordings, kind, scene, robot, runs, used })
 }
 
 fn words(kind: Kind) -> &'static str {
@@ -246,10 +275,12 @@ fn sidecar(file: Option<PathBuf>) -> Result<Option<(String, String)>, Failure> {
     file.map(|file| Ok((file.display().to_string(), read(&file)?))).transpose()
 }
 
-/// Finds the robot, as told, as the first sidecar says, or the stdlib's; and its file, unless it is the stdlib's.
+/// Finds the robot, as told, as the first sidecar says, that of the runs, or the stdlib's Gen3; and its file, unless it is the
+/// stdlib's.
 pub(super) fn robot_of(
     args: &GapArgs,
     recordings: &[Recording],
+    own: Option<&Own>,
 ) -> Result<(Robot, Option<PathBuf>), Failure> {
     let sidecar = &recordings[0].sidecar;
     let tip = sidecar.tip.as_deref();
@@ -268,7 +299,13 @@ pub(super) fn robot_of(
             .map(|robot| (robot, None))
             .map_err(|error| Failure::input("gap::robot", error.to_string())),
     };
-    let Some(name) = &sidecar.robot else { return stdlib(tip) };
+    let Some(name) = &sidecar.robot else {
+        let Some(Own { stdlib: known, name }) = own else { return stdlib(tip) };
+        let robot = known.robot_to(name, tip);
+        return robot
+            .map(|robot| (robot, None))
+            .map_err(|error| Failure::input("gap::robot", error.to_string()));
+    };
     if matches!(name.as_str(), "gen3_2f85" | "gen3") {
         return stdlib(tip);
     }

@@ -7,6 +7,7 @@ mod foreign;
 mod given;
 mod inputs;
 mod points;
+mod setting;
 
 use std::path::{Path, PathBuf};
 
@@ -106,7 +107,7 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
         }
     }
     let model = model_of(&args, style)?;
-    let Inputs { mut recordings, kind, scene, runs, used } =
+    let Inputs { mut recordings, kind, scene, robot: own, runs, used } =
         inputs(&args, &map, model.as_ref(), cli, style)?;
     recordings[0].notes.extend(notes);
     args.recordings = used;
@@ -118,7 +119,7 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     let subject = match (&scene, kind) {
         (Some(scene), Kind::Pours) => Subject::Pours(scene, known),
         (scene, _) => {
-            let found = robot_of(args, &recordings)?;
+            let found = robot_of(args, &recordings, own.as_ref())?;
             (robot, robot_at) = found;
             let joints: Vec<String> =
                 robot.joints().iter().map(|joint| joint.name.clone()).collect();
@@ -143,8 +144,9 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    let is_assumed =
-        kind != Kind::Pours && args.robot_file.is_none() && recordings[0].sidecar.robot.is_none();
+    let is_told =
+        args.robot_file.is_some() || recordings[0].sidecar.robot.is_some() || own.is_some();
+    let is_assumed = kind != Kind::Pours && !is_told;
     let arm = match subject {
         Subject::Arm(robot, _) | Subject::Held(robot, ..) => Some(robot),
         Subject::Pours(..) => None,
