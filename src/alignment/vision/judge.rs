@@ -144,7 +144,6 @@ pub(super) fn judge(
     // What looks like the thing tells of the table, whether or not its outline is whole; what is something else does not.
     let doubt = doubt.filter(|_| !is_explained && belief(&best.score) * tie >= FOUND);
     if hardly_in_view(&mut sighting, &best, object.material) {
-        sighting.fits = false;
         sighting.reason = Some(wording::hardly_in_view(&best));
     }
 
@@ -335,13 +334,15 @@ fn told(against: Says, at: &Candidate, sighting: &Sighting) -> String {
     }
 }
 
-/// Lowers the confidence in a thing without colour of which too little is in view, and returns whether it did.
+/// Lowers the confidence in a thing without colour of which too little is in view, and returns whether it did: such a thing fits
+/// anywhere along what is seen of it.
 fn hardly_in_view(sighting: &mut Sighting, at: &Candidate, material: Material) -> bool {
     let score = at.score;
     let has_none = score.colour.is_none() && material == Material::Opaque;
     if !has_none || score.visible > NEARLY_IN_VIEW * IN_VIEW {
         return false;
     }
+    sighting.fits = false;
     sighting.confidence *= (score.visible / IN_VIEW).powi(SEEN_POWER);
     true
 }
