@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 
 use crate::language::nearest;
 use crate::motion::dynamics::Bodies;
-use crate::motion::fault::UrdfFault;
+use crate::motion::fault::{SideFault, UrdfFault};
 use crate::motion::robot::{Motion, Robot};
 use crate::motion::{self, Budget, budget, rrt};
 use crate::report::{Failure, Style};
@@ -152,6 +152,12 @@ fn failure(error: &motion::Error) -> Failure {
         motion::Error::Urdf { what: UrdfFault::SeveralFiles { .. } } => failure,
         motion::Error::Urdf { .. } => {
             failure.help("correct it in the file, or in what the file is made from")
+        }
+        motion::Error::SideFile { what: SideFault::NoLink { name, known, .. } } => {
+            match nearest(name, known.iter().map(String::as_str)) {
+                Some(near) => failure.help(format!("did you mean `{near}`?")),
+                None => failure.help("name a link of the URDF, or take the entry out"),
+            }
         }
         motion::Error::NoLink { name, known } => {
             match nearest(name, known.iter().map(String::as_str)) {

@@ -195,6 +195,16 @@ pub enum SideFault {
     /// A tool centre point nowhere.
     #[error("tool: xyz_m and rpy_deg must be finite")]
     ToolNumbers,
+    /// A link that the URDF does not have.
+    #[error("{key}: the robot has no link {name}; it has {}", known.join(", "))]
+    NoLink {
+        /// Under which key it is named.
+        key: &'static str,
+        /// What it is called there.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
     /// Limits that are none, or too few.
     #[error("{key} needs {joints} positive numbers")]
     JointLimits {

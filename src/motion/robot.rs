@@ -22,6 +22,7 @@ use super::frames::{Frame, Frames};
 use super::lacking::lacking;
 pub use super::links::{Drive, Joint, JointLimits, Link, Marker, Motion, Visual};
 use super::mesh;
+use super::side;
 use super::tree;
 use crate::files;
 use crate::world::frame::{Flange, Point, Pose, Tool};
@@ -124,7 +125,7 @@ impl Robot {
         tip: Option<&str>,
         meshes: &mesh::Source<'_>,
     ) -> Result<Self, Error> {
-        let side = super::side::SideFile::parse(side)?;
+        let side_file = side::SideFile::parse(side)?;
         bounds::check(text)?;
         let mut urdf = urdf_rs::read_from_string(text)
             .map_err(|error| Error::Urdf { what: not_a_urdf(text, &error) })?;
@@ -144,8 +145,11 @@ impl Robot {
                 }),
             None => tree::default_tip(&urdf, &order, &jaws),
         };
-        let own = side.tip.as_deref();
-        let tip = meant(tip.or(own))?;
+        let own = side_file.tip.as_deref();
+        let tip = match tip {
+            Some(_) => meant(tip)?,
+            None => meant(own).map_err(side::named_in_file("tip"))?,
+        };
         // Of several arms each has a pose of its own length.
         let count = |tip| tree::count_entries(&urdf, &order, &jaws, tip);
         let whole =
@@ -171,7 +175,7 @@ impl Robot {
         };
         robot.add_links(&urdf, &order, meshes)?;
         robot.drive_joints(&urdf, &order, &jaws)?;
-        side.apply(&mut robot, whole)?;
+        side_file.apply(&mut robot, whole)?;
         robot.join_frames();
         robot.place_tool();
         Ok(robot)

@@ -36,6 +36,16 @@ fn positive(limits: &[f64], joints: usize, key: &'static str) -> Result<(), Erro
     Ok(())
 }
 
+/// Says of a link that there is none where the file names it, under `key`.
+pub(super) fn named_in_file(key: &'static str) -> impl Fn(Error) -> Error {
+    move |error| match error {
+        Error::NoLink { name, known } => {
+            Error::SideFile { what: SideFault::NoLink { key, name, known } }
+        }
+        other => other,
+    }
+}
+
 /// Where the tool centre point is: at a link of the URDF, or at a place on one.
 #[derive(Debug, Deserialize)]
 #[serde(untagged)]
@@ -58,13 +68,13 @@ impl ToolPoint {
     /// Returns the index of the tool's link; a place becomes one.
     fn on(&self, robot: &mut Robot) -> Result<usize, Error> {
         let place = match self {
-            Self::Link(name) => return robot.link(name),
+            Self::Link(name) => return robot.link(name).map_err(named_in_file("tool")),
             Self::Place(place) => place,
         };
         if place.xyz_m.iter().chain(&place.rpy_deg).any(|x| !x.is_finite()) {
             return Err(Error::SideFile { what: SideFault::ToolNumbers });
         }
-        let parent = robot.link(&place.link)?;
+        let parent = robot.link(&place.link).map_err(named_in_file("tool: link"))?;
         let [roll, pitch, yaw] = place.rpy_deg.map(f64::to_radians);
         let joint = Joint {
             name: String::new(),
@@ -103,7 +113,7 @@ struct MarkerBall {
 impl MarkerBall {
     fn on(&self, robot: &Robot) -> Result<Marker, Error> {
         let wrong = |what| Err(Error::SideFile { what });
-        let link = robot.link(&self.link)?;
+        let link = robot.link(&self.link).map_err(named_in_file("[marker] link"))?;
         let mut above = Some(link);
         while let Some(at) = above {
             if robot.jaws().any(|jaw| jaw == at) {
@@ -137,9 +147,9 @@ impl SideFile {
         }
         robot.has_side_file = !self.unchecked.is_empty();
         for entry in &self.unchecked {
-            let first = robot.link(&entry.link)?;
+            let first = robot.link(&entry.link).map_err(named_in_file("[[unchecked]] link"))?;
             for other in &entry.with {
-                let second = robot.link(other)?;
+                let second = robot.link(other).map_err(named_in_file("[[unchecked]] with"))?;
                 robot.unchecked.push((first.min(second), first.max(second)));
             }
         }

@@ -69,6 +69,26 @@ fn what_a_bare_urdf_lacks_is_said_with_what_to_write() {
     assert_eq!(scratch.trueup(&["robot", "check", "nothing.urdf"]).code, 2);
 }
 
+/// "Leave `--tip` out", where there was none.
+#[test]
+fn a_link_that_robot_toml_names_and_the_urdf_has_not_is_told_with_its_key() {
+    let scratch = Scratch::new("cli-robot-check-side");
+    scratch.file("bare.urdf", BARE);
+    let told = |side: &str, tip: &[&str]| {
+        scratch.file("robot.toml", side);
+        let said = scratch.trueup(&[&["robot", "check", "bare.urdf"][..], tip].concat());
+        assert_eq!(said.code, 2, "{}", said.out);
+        said.err
+    };
+    let err = told("[[unchecked]]\nlink = \"arn\"\nwith = [\"base\"]\n", &[]);
+    assert!(err.contains("robot.toml: [[unchecked]] link: the robot has no link arn"), "{err}");
+    assert!(err.contains("did you mean `arm`?") && !err.contains("--tip"), "{err}");
+    let err = told("tip = \"elsewhere\"\n", &[]);
+    assert!(err.contains("robot.toml: tip: the robot has no link elsewhere"), "{err}");
+    let err = told("", &["--tip", "elsewhere"]);
+    assert!(!err.contains("robot.toml") && err.contains("leave `--tip` out"), "{err}");
+}
+
 /// It was usable for a pour, and the first run ended with "link and table overlap by 20.0 mm".
 #[test]
 fn a_home_from_which_no_run_begins_is_told() {
