@@ -340,9 +340,12 @@ pub enum Note {
     },
     /// Jaws on knuckles, taken as sliding ones.
     #[error(
-        "the jaws turn on coupled knuckles and open {opening_mm} mm; they are taken as sliding, and come forward by {advance_mm} mm that are left out"
+        "the jaws turn on coupled knuckles and open {}; they are taken as sliding, and come forward by {advance_mm} mm that are left out",
+        said_of_opening(*least_mm, *opening_mm)
     )]
     Coupled {
+        /// How wide they are open at least, mm.
+        least_mm: u32,
         /// How wide they open, mm.
         opening_mm: u32,
         /// How far they come forward while they close, mm.
@@ -366,4 +369,9 @@ pub enum Note {
         /// The joint.
         joint: String,
     },
+}
+
+/// Words how wide jaws open, from where they are nearest to each other, mm.
+pub fn said_of_opening(least: u32, most: u32) -> String {
+    if least == 0 { format!("{most} mm") } else { format!("{least} to {most} mm") }
 }

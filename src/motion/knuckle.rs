@@ -48,8 +48,11 @@ impl Robot {
         let along = if along.dot(&wide) >= 0.0 { along } else { -along };
         let gap = |angle: f64| {
             let poses = place(angle);
-            let inner = self.face(left, &poses, &-along);
-            -inner - self.face(right, &poses, &along)
+            let face = |pad: usize, along: Unit<Vector3<f64>>| {
+                let origin = || along.dot(&poses[pad].translation.vector);
+                self.face(pad, &poses, &along).unwrap_or_else(origin)
+            };
+            -face(left, -along) - face(right, along)
         };
         let angles = (0..SAMPLES).map(|k| open + (shut - open) * k as f64 / (SAMPLES - 1) as f64);
         let table: Vec<(f64, f64)> =
@@ -61,6 +64,10 @@ impl Robot {
 
         let half = value(&angle, widest / 2.0);
         let (poses, between) = (place(half), gap(half));
+        // What ends before the pads meet does not close all the way.
+        let (narrowest, _) = table[table.len() - 1];
+        let ends_apart = table.len() == SAMPLES && narrowest > LEAST;
+        let narrowest = if ends_apart { narrowest } else { 0.0 };
         let (first, last) = (place(open), place(table[table.len() - 1].1));
         let travel = last[left].translation.vector - first[left].translation.vector;
         let advance = (travel - along.into_inner() * along.dot(&travel)).norm();
@@ -77,11 +84,12 @@ impl Robot {
             joint.axis = closed.rotation.inverse() * outward;
             joint.parent_from_link = closed;
             joint.motion = Motion::Slide;
-            joint.range = (0.0, widest / 2.0);
+            joint.range = (narrowest / 2.0, widest / 2.0);
             joint.drive = Drive::Jaw { multiplier: 0.5, offset: 0.0 };
         }
-        self.max_opening = widest;
+        (self.min_opening, self.max_opening) = (narrowest, widest);
         self.notes.push(Note::Coupled {
+            least_mm: (narrowest * 1e3).round() as u32,
             opening_mm: (widest * 1e3).round() as u32,
             advance_mm: (advance * 1e3).round() as u32,
         });
@@ -128,8 +136,13 @@ impl Robot {
         poses
     }
 
-    /// Returns how far a pad and all that is fixed to it reach along a direction, m.
-    fn face(&self, pad: usize, poses: &[Isometry3<f64>], along: &Unit<Vector3<f64>>) -> f64 {
+    /// Returns how far a pad and all that is fixed to it reach along a direction, m; `None` where they have no shape.
+    pub(super) fn face(
+        &self,
+        pad: usize,
+        poses: &[Isometry3<f64>],
+        along: &Unit<Vector3<f64>>,
+    ) -> Option<f64> {
         let solids = (pad..self.links.len())
             .filter(|&link| self.carrier(link) == pad)
             .flat_map(|link| self.links[link].collision.iter().map(move |solid| (link, solid)));
@@ -138,7 +151,7 @@ impl Robot {
             let local = pose.rotation.inverse() * along.into_inner();
             along.dot(&pose.translation.vector) + support(&placed.solid, &local)
         });
-        reach.max_by(f64::total_cmp).unwrap_or_else(|| along.dot(&poses[pad].translation.vector))
+        reach.max_by(f64::total_cmp)
     }
 }
 

@@ -27,6 +27,7 @@ mod turn;
 pub mod mesh;
 mod cover;
 mod knuckle;
+mod jaw;
 mod urdf;
 pub mod solid;
 pub mod inertial;

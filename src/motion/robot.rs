@@ -46,6 +46,7 @@ pub struct Robot {
     pub(super) marker: Option<Marker>,
     pub(super) unchecked: Vec<(usize, usize)>,
     pub(super) poses: BTreeMap<String, Vec<f64>>,
+    pub(super) min_opening: f64,
     pub(super) max_opening: f64,
     pub(super) notes: Vec<Note>,
     pub(super) has_side_file: bool,
@@ -166,6 +167,7 @@ impl Robot {
             marker: None,
             unchecked: Vec::new(),
             poses: BTreeMap::new(),
+            min_opening: 0.0,
             max_opening: 0.0,
             notes: Vec::new(),
             has_side_file: false,
@@ -368,6 +370,11 @@ impl Robot {
     /// Returns the widest opening between the jaws, m; 0 without jaws.
     pub fn max_opening(&self) -> f64 {
         self.max_opening
+    }
+
+    /// Returns the opening between the jaws where their ranges end inwards, m; 0 of jaws that close all the way.
+    pub fn min_opening(&self) -> f64 {
+        self.min_opening
     }
 
     /// Returns pairs of links that need no collision check, besides parents and children.

@@ -15,6 +15,7 @@ use super::cover::cover;
 use super::error::Error;
 use super::fault::{MeshFault, Note, UrdfFault};
 use super::inertial::Inertial;
+use super::jaw;
 use super::knuckle::Knuckle;
 use super::mesh;
 use super::robot::{Drive, Joint, JointLimits, Link, Motion, Robot, Visual};
@@ -171,12 +172,13 @@ impl Robot {
                 Some(index) => Drive::Joint { index, multiplier, offset },
                 // Each of two jaws goes half the opening.
                 None if self.links[link].joint.motion == Motion::Slide => {
-                    let share = multiplier / slides as f64;
-                    let travel = self.links[link].joint.range.1;
-                    let fits = if share > 0.0 { travel / share } else { f64::INFINITY };
-                    self.max_opening =
-                        if self.max_opening > 0.0 { self.max_opening.min(fits) } else { fits };
-                    Drive::Jaw { multiplier: share, offset }
+                    let lead = master.map_or(Some(joint), |name| slide_that_leads(urdf, name));
+                    let is_inwards = lead.is_some_and(|lead| {
+                        jaw::counts_inwards((lead.limit.lower, lead.limit.upper))
+                    });
+                    let sign = if is_inwards { -1.0 } else { 1.0 };
+                    self.drive_jaw(link, sign * multiplier / slides as f64, offset);
+                    continue;
                 }
                 None => {
                     idle.push(Note::OffPath { joint: joint.name.clone() });
@@ -188,6 +190,7 @@ impl Robot {
                 }
             };
         }
+        self.measure_openings();
         // Jaws that turn: one joint leads, all others follow it.
         let is_gripper = match leads[..] {
             [range] if slides == 0 && knuckles.len() == idle.len() => self.couple(&knuckles, range),
@@ -198,6 +201,13 @@ impl Robot {
         }
         Ok(())
     }
+}
+
+/// Returns the joint of that name where it slides and follows no other.
+fn slide_that_leads<'a>(urdf: &'a urdf_rs::Robot, name: &str) -> Option<&'a urdf_rs::Joint> {
+    let slides = |joint: &&urdf_rs::Joint| joint.joint_type == urdf_rs::JointType::Prismatic;
+    let joint = urdf.joints.iter().find(|joint| joint.name == name)?;
+    Some(joint).filter(slides).filter(|joint| joint.mimic.is_none())
 }
 
 pub(super) fn pose_of(pose: &urdf_rs::Pose) -> Isometry3<f64> {

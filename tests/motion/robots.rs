@@ -38,6 +38,65 @@ fn jaws_are_not_part_of_q_and_follow_the_opening() {
     assert!((left - right - Vector3::new(0.0, 0.05, 0.0)).norm() < 1e-15);
 }
 
+/// Two fingers along one axis, the second with `multiplier="-1"`, as Interbotix writes them, "do not move alike".
+#[test]
+fn jaws_are_the_same_whichever_way_their_file_counts() {
+    let right = "<axis xyz=\"0 -1 0\"/>\n    <limit lower=\"0\" upper=\"0.04\" velocity=\"1\" effort=\"1\"/><mimic joint=\"l\"/>";
+    let left = "<axis xyz=\"0 1 0\"/>\n    <limit lower=\"0\" upper=\"0.04\"";
+    let written = |left_as: &str, right_as: &str| {
+        assert_eq!((TWO_LINKS.matches(left).count(), TWO_LINKS.matches(right).count()), (1, 1));
+        let text = TWO_LINKS.replace(left, left_as).replace(right, right_as);
+        Robot::from_urdf(&text, None).unwrap()
+    };
+    let finger = |axis: f64, range: [f64; 2], mimic: &str| {
+        let [lower, upper] = range;
+        format!(
+            "<axis xyz=\"0 {axis} 0\"/><limit lower=\"{lower}\" upper=\"{upper}\" velocity=\"1\" effort=\"1\"/>{mimic}"
+        )
+    };
+    let mirrored = "<mimic joint=\"l\" multiplier=\"-1\"/>";
+    let shifted = "<mimic joint=\"l\" multiplier=\"-1\" offset=\"0.04\"/>";
+    let inwards = "<axis xyz=\"0 -1 0\"/>\n    <limit lower=\"-0.04\" upper=\"0\"";
+    for robot in [
+        written(left, &finger(1.0, [-0.04, 0.0], mirrored)),
+        written(inwards, &finger(-1.0, [0.0, 0.04], mirrored)),
+    ] {
+        assert!((robot.max_opening() - 0.08).abs() < 1e-15 && robot.min_opening().abs() < 1e-15);
+        assert!(robot.pair().is_some());
+        let poses = robot.link_poses(&[0.0, 0.0], 0.05).unwrap();
+        let [left, right] =
+            ["left", "right"].map(|name| poses[robot.link(name).unwrap()].translation.vector);
+        assert!((left - Vector3::new(2.0, 0.025, 0.0)).norm() < 1e-15, "{left}");
+        assert!((right - Vector3::new(2.0, -0.025, 0.0)).norm() < 1e-15, "{right}");
+    }
+    // Counted from 40 mm farther, which the opening knows nothing of.
+    let robot = written(left, &finger(1.0, [0.0, 0.04], shifted));
+    assert!(robot.pair().is_some() && (robot.max_opening() - 0.08).abs() < 1e-15);
+    let poses = robot.link_poses(&[0.0, 0.0], 0.05).unwrap();
+    let right = poses[robot.link("right").unwrap()].translation.vector;
+    assert!((right - Vector3::new(2.0, 0.015, 0.0)).norm() < 1e-15, "{right}");
+    // Two that go the same way are no jaws.
+    assert!(written(left, &finger(1.0, [0.0, 0.04], "<mimic joint=\"l\"/>")).pair().is_none());
+    // Pads 13 mm before where a finger's link is, which ends 21 mm from the middle.
+    let pad = |side: f64| {
+        let at = -0.011 * side;
+        format!(
+            "<collision><origin xyz=\"0 {at} 0\"/><geometry><box size=\"0.02 0.004 0.02\"/></geometry></collision></link>"
+        )
+    };
+    let text =
+        TWO_LINKS.replace("lower=\"0\" upper=\"0.04\"", "lower=\"0.021\" upper=\"0.057\"").replace(
+            "<link name=\"left\"/><link name=\"right\"/>",
+            &format!("<link name=\"left\">{}<link name=\"right\">{}", pad(1.0), pad(-1.0)),
+        );
+    let robot = Robot::from_urdf(&text, None).unwrap();
+    let openings = [robot.min_opening(), robot.max_opening()];
+    assert!((openings[0] - 0.016).abs() < 1e-12 && (openings[1] - 0.088).abs() < 1e-12);
+    let poses = robot.link_poses(&[0.0, 0.0], 0.0).unwrap();
+    let left = poses[robot.link("left").unwrap()].translation.vector;
+    assert!((left - Vector3::new(2.0, 0.021, 0.0)).norm() < 1e-12, "{left}");
+}
+
 /// Closed forms of the planar arm, Siciliano et al., §7.3.2, with point masses at the link ends.
 #[test]
 fn a_planar_arm_has_its_textbook_dynamics() {

@@ -11,7 +11,7 @@ use super::finding::{CheckAnswer, Finding, State, Use};
 use super::robot_reach::{Reach, reach};
 use crate::execution::calibrate::DOUBT;
 use crate::motion::collision::{CollisionWorld, Obstacle};
-use crate::motion::fault::Note;
+use crate::motion::fault::{Note, said_of_opening};
 use crate::motion::ik::Solver;
 use crate::motion::robot::{Drive, Motion, Robot};
 use crate::motion::solid::Solid;
@@ -256,7 +256,7 @@ impl List<'_> {
 
     fn jaws(&mut self) {
         let robot = self.robot;
-        let jaws: Vec<usize> = robot.jaws().collect();
+        let jaws = robot.jaws().count();
         let coupled = robot.notes().iter().find(|note| matches!(note, Note::Coupled { .. }));
         let idle = |note: &Note| match note {
             Note::OffPath { joint } => Some(joint.clone()),
@@ -265,27 +265,40 @@ impl List<'_> {
         let idle: Vec<String> = robot.notes().iter().filter_map(idle).collect();
         let write = "two fingers on prismatic joints, or on revolute ones, the second with <mimic joint=\"the first\"/>";
         let kind = ("jaws", State::Missing, Use::Twin);
-        if jaws.len() != 2 {
+        if jaws != 2 {
             let besides = if idle.is_empty() {
                 String::new()
             } else {
                 format!("; joints beside the arm that nothing moves: {}", idle.join(", "))
             };
-            self.wrong(kind, format!("{} jaws that slide{besides}", jaws.len()), write);
+            self.wrong(kind, format!("{jaws} jaws that slide{besides}"), write);
             return;
         }
-        let halves = |&jaw: &usize| match robot.links()[jaw].joint.drive {
-            Drive::Jaw { multiplier, offset } => (multiplier - 0.5).abs() + offset.abs() < 1e-9,
-            _ => false,
-        };
-        if !jaws.iter().all(halves) {
-            self.wrong(kind, "the two jaws do not move alike, from where they meet", write);
+        if robot.pair().is_none() {
+            self.wrong(kind, "the two jaws do not move apart alike", write);
             return;
         }
         let mm = 1e3 * robot.max_opening();
+        if robot.max_opening() <= robot.min_opening() {
+            let write = "<limit lower=\"..\" upper=\"..\"/> of both fingers (m) so that both can move apart";
+            self.wrong(
+                kind,
+                format!("2, whose ranges let them stand {mm:.0} mm open alone"),
+                write,
+            );
+            return;
+        }
+        let [least, most] =
+            [robot.min_opening(), robot.max_opening()].map(|m| (1e3 * m).round() as u32);
         match coupled {
             Some(note) => self.add("jaws", Use::Twin, note.to_string()),
-            None => self.add("jaws", Use::Twin, format!("2, which open {mm:.0} mm")),
+            None => {
+                self.add(
+                    "jaws",
+                    Use::Twin,
+                    format!("2, which open {}", said_of_opening(least, most)),
+                );
+            }
         }
         // The kitchen's jar is 65 mm wide, and needs 4 mm on each side.
         if mm < 73.0 {

@@ -82,7 +82,8 @@ impl Tree {
             return Err(Unfit::Mimic.into());
         }
         let arm: Vec<usize> = robot.joints().iter().map(|joint| links[joint.link].0).collect();
-        let jaws = jaws(robot)?.map(|link| links[link].0);
+        let pair = robot.pair().ok_or(Unfit::Gripper)?;
+        let jaws = pair.map(|link| links[link].0);
         let mut hand: Vec<usize> = arm.last().copied().into_iter().collect();
         for (at, body) in bodies.iter().enumerate() {
             if body.parent.is_some_and(|parent| hand.contains(&parent)) {
@@ -108,21 +109,4 @@ fn moves(link: &Link) -> bool {
         Drive::Jaw { .. } => link.joint.motion == Motion::Slide,
         Drive::None | Drive::Knuckle { .. } => false,
     }
-}
-
-/// Returns the links of the two jaws.
-fn jaws(robot: &Robot) -> Result<[usize; 2], Error> {
-    let share = |link: usize| match robot.links()[link].joint.drive {
-        Drive::Jaw { multiplier, offset } => (multiplier, offset),
-        Drive::None | Drive::Joint { .. } | Drive::Knuckle { .. } => (0.0, 0.0),
-    };
-    let jaws: Vec<usize> = robot.jaws().collect();
-    if let [left, right] = jaws[..] {
-        // Each goes half the opening, from where the pads meet.
-        let fits = |(half, from): (f64, f64)| (half - 0.5).abs() < 1e-9 && from.abs() < 1e-9;
-        if fits(share(left)) && fits(share(right)) {
-            return Ok([left, right]);
-        }
-    }
-    Err(Unfit::Gripper.into())
 }
