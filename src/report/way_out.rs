@@ -82,6 +82,9 @@ pub(super) fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
         Why::TooWide { .. } | Why::NoSides => {
             "the hand does not get around it: take something narrower, or `push` it along the table"
         }
+        Why::TooNarrow { .. } => {
+            "the hand does not close on it: take something wider, or `push` it along the table"
+        }
         Why::FingersShort { .. } => {
             "take it by a side where it is less deep, or `push` it along the table"
         }

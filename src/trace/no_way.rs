@@ -30,6 +30,13 @@ pub enum Why {
         /// The fingers' opening, m.
         opening: f64,
     },
+    /// The fingers do not close on it.
+    TooNarrow {
+        /// Its width where they would hold it, m; the largest.
+        width: f64,
+        /// How wide they are open when they are closed, m.
+        opening: f64,
+    },
     /// Fingers find no two sides opposite each other.
     NoSides,
     /// The palm is against it before the fingers reach far enough round it.
@@ -254,6 +261,12 @@ impl std::fmt::Display for NoWay {
                 width * 1e3,
                 opening * 1e3
             ),
+            Why::TooNarrow { width, opening } => write!(
+                f,
+                "it is {:.0} mm wide where they would hold it, and the fingers stay {:.0} mm open when they close",
+                width * 1e3,
+                opening * 1e3
+            ),
             Why::NoSides => {
                 write!(f, "fingers that close level find no two upright sides opposite each other")
             }
@@ -340,6 +353,10 @@ mod tests {
         // Fingers need room beside the thing.
         let tight = said(Why::TooWide { width: 0.082, opening: 0.085 });
         assert!(tight.contains("too little room"), "{tight}");
+        let thin = said(Why::TooNarrow { width: 0.025, opening: 0.04 });
+        assert!(thin.ends_with(
+            "25 mm wide where they would hold it, and the fingers stay 40 mm open when they close"
+        ));
         let near = |apart| {
             let (which, first, second) = ("start".into(), "cart".into(), "table".into());
             said(Why::TooNear(Box::new(TooNear { which, first, second, apart, kept: 0.04 })))

@@ -213,6 +213,27 @@ fn what_is_too_wide_from_above_alone_is_said_to_be_too_wide() {
     assert!(*width > opening - 0.008 && *width < 0.1, "{error}");
 }
 
+/// Six rehearsals failed with "its promise `held` does not hold", and it was called a matter of room.
+#[test]
+fn what_the_fingers_do_not_close_on_is_said_to_be_too_narrow() {
+    let file = |name: &str| {
+        std::fs::read_to_string(crate::program::project(&format!("stdlib/robots/gen3_2f85/{name}")))
+            .unwrap()
+    };
+    let text = file("gen3_2f85.urdf");
+    let range = "lower=\"0\" upper=\"0.0425\"";
+    assert_eq!(text.matches(range).count(), 2);
+    let text = text.replace(range, "lower=\"0.04\" upper=\"0.0425\"");
+    let mut cell = cell();
+    let robot = trueup::motion::Robot::from_urdf_with(&text, &file("robot.toml"), None).unwrap();
+    cell.robot = Arc::new(robot);
+    let world = state(&HOME, [0.58, 0.15, 0.3]);
+    let planner = Planner::new(cell, world, HOME.to_vec(), 0.0, Arc::new(Budget::new(|| false)));
+    let error = planner.grasps("jar", 0.0).unwrap_err();
+    let NoWay { why: Why::TooNarrow { width, opening }, .. } = &error else { panic!("{error}") };
+    assert!((width - 0.065).abs() < 1e-6 && (opening - 0.08).abs() < 1e-6, "{error}");
+}
+
 /// A Panda and a can: "all 48 reachable ways touch something, mostly `panda_hand` with can", when nothing else was near. Here a box
 /// that is as deep as no hand reaches round: 60 mm from its middle, of which the palm is 30 mm behind the tool, drawn back by 22 mm
 /// at most, and 5 mm are left.

@@ -10,6 +10,7 @@ use crate::world::{self as scene, Drawer, Point, Pose};
 use super::super::wording;
 use super::follow::distance;
 use super::grasp::{Grasp, side_pose};
+use super::grip;
 use super::{Dropped, NoWay, Planner, REACHING, STRAIGHT_STEP, TRACKING, Why, straight};
 
 /// How far before the bar the hand stops first, m: as far as before any thing (`STANDOFF` of grasps), from 57 mm on the tips are
@@ -42,7 +43,11 @@ impl Planner {
         let grip = (pose * Point::<Object>::from(drawer.grip(tray))).coords();
         let out = pose.axis(0);
         let ends = [drawer.travel - drawn, -drawn].map(|way| out * way);
-        let stroke = self.robot().max_opening();
+        let (stroke, least) = (self.robot().max_opening(), self.robot().min_opening());
+        let [(_, bar), ..] = drawer.handle(tray);
+        if let Some(width) = grip::narrowest(&bar).filter(|width| *width <= least) {
+            return Err(no(Why::TooNarrow { width, opening: least }));
+        }
         let world = self.obstacles(&[], stroke);
         let mut dropped = Dropped::new();
         let mut ways: Vec<Grasp> = Vec::new();

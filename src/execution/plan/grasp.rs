@@ -131,7 +131,9 @@ impl Planner {
         let object = self.cell.scene.object(o).ok_or_else(|| no(Why::NotSeen(o.to_owned())))?;
         let pose = self.pose(o, &what)?;
         let stroke = self.robot().max_opening();
+        let least = self.robot().min_opening();
         let fits = |width: f64| width + 2.0 * ROOM <= stroke;
+        let closes_on = |width: f64| width > least;
         let width = grip::narrowest(&object.shape).ok_or_else(|| no(Why::NoSides))?;
         if !fits(width) {
             return Err(no(Why::TooWide { width, opening: stroke }));
@@ -153,7 +155,10 @@ impl Planner {
             let height = (share * object.shape.height()).max(lowest);
             let grips = grip::at_height(&object.shape, height, pitch, ahead);
             dropped.too_wide(grips.iter().map(|grip| grip.width).filter(|width| !fits(*width)));
-            for grip in grips.iter().filter(|grip| fits(grip.width)) {
+            dropped
+                .too_narrow(grips.iter().map(|grip| grip.width).filter(|width| !closes_on(*width)));
+            let held = |grip: &&grip::Grip| fits(grip.width) && closes_on(grip.width);
+            for grip in grips.iter().filter(held) {
                 let yaw = self.turned_from(object, &pose);
                 let heading = yaw + grip.heading;
                 let aside = Rotation2::new(yaw) * grip.middle;
@@ -223,7 +228,7 @@ impl Planner {
         }
         let kept = spread(ways, &passes);
         if kept.is_empty() {
-            return Err(NoWay { what, why: short.why(dropped, stroke) });
+            return Err(NoWay { what, why: short.why(dropped, [least, stroke]) });
         }
         Ok(kept)
     }
@@ -308,16 +313,16 @@ struct Short {
 }
 
 impl Short {
-    /// Returns why there is no way between fingers that open so wide, m. Where a thing is in its own way alone, nobody can move that
-    /// away: the fingers are too short for it, or do not get where they are long enough.
-    fn why(&self, mut dropped: Dropped, opening: f64) -> Why {
+    /// Returns why there is no way between fingers with the least and the greatest of `openings`, m. Where a thing is in its own way
+    /// alone, nobody can move that away: the fingers are too short for it, or do not get where they are long enough.
+    fn why(&self, mut dropped: Dropped, openings: [f64; 2]) -> Why {
         if self.by.is_finite() && self.grips == dropped.blocked.values().sum::<usize>() {
             if dropped.is_nowhere_short() {
                 return Why::FingersShort { by: self.by };
             }
             dropped.blocked.clear();
         }
-        dropped.why_no_grip(opening)
+        dropped.why_no_grip(openings)
     }
 }
 

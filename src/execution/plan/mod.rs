@@ -115,6 +115,8 @@ struct Dropped {
     is_unturned: bool,
     /// The smallest width between fingers that do not open so wide, m.
     narrowest: f64,
+    /// The largest width between fingers that do not close so far, m; 0 without any.
+    widest: f64,
 }
 
 impl Planner {
@@ -399,6 +401,10 @@ impl Dropped {
         self.narrowest = widths.fold(self.narrowest, f64::min);
     }
 
+    fn too_narrow(&mut self, widths: impl Iterator<Item = f64>) {
+        self.widest = widths.fold(self.widest, f64::max);
+    }
+
     fn touches(&mut self, first: &str, second: &str) {
         *self.blocked.entry(format!("{first} with {second}")).or_default() += 1;
     }
@@ -416,12 +422,15 @@ impl Dropped {
         }
     }
 
-    /// As [`Self::why`], of ways to take something between fingers that open so wide, m. A hand that points down has more of its
-    /// fingers beside the thing, and that may be wider there.
-    fn why_no_grip(self, opening: f64) -> Why {
+    /// As [`Self::why`], of ways to take something between fingers that open from `least` to `most` m. A hand that points down has
+    /// more of its fingers beside the thing, and that may be wider there.
+    fn why_no_grip(self, [least, most]: [f64; 2]) -> Why {
         let is_width = self.tried == 0 && self.blocked.is_empty() && self.is_nowhere_short();
         match self.narrowest {
-            width if is_width && width.is_finite() => Why::TooWide { width, opening },
+            _ if is_width && self.widest > 0.0 => {
+                Why::TooNarrow { width: self.widest, opening: least }
+            }
+            width if is_width && width.is_finite() => Why::TooWide { width, opening: most },
             _ if is_width => Why::NoSides,
             _ => self.why(),
         }
