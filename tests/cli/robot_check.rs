@@ -89,6 +89,67 @@ fn a_link_that_robot_toml_names_and_the_urdf_has_not_is_told_with_its_key() {
     assert!(!err.contains("robot.toml") && err.contains("leave `--tip` out"), "{err}");
 }
 
+/// "Which open 80 mm", of fingers that stay 40 mm open, and "on every moving part" of parts whose only mesh was not read.
+#[test]
+fn how_far_fingers_close_and_what_has_no_shape_are_told() {
+    let scratch = Scratch::new("cli-robot-check-least");
+    let stdlib =
+        |name: &str| fs::read_to_string(project(&format!("stdlib/robots/panda/{name}"))).unwrap();
+    let text = stdlib("panda.urdf");
+    let range = "lower=\"0\" upper=\"0.04\"";
+    assert_eq!(text.matches(range).count(), 2);
+    scratch.file("low.urdf", text.replace(range, "lower=\"0.02\" upper=\"0.04\""));
+    scratch.file("robot.toml", stdlib("robot.toml"));
+    let said = scratch.trueup(&["robot", "check", "low.urdf"]);
+    assert!(said.out.contains("2, which open 40 to 80 mm"), "{}", said.out);
+
+    let shape = "<link name=\"arm\"><collision><geometry><box size=\"0.1 0.1 0.1\"/></geometry></collision></link>\
+                 <link name=\"plate\"><collision><geometry><mesh filename=\"plate.dae\"/></geometry></collision></link>\
+                 <joint name=\"p\" type=\"fixed\"><parent link=\"arm\"/><child link=\"plate\"/></joint>";
+    scratch.file("robot.toml", "");
+    scratch.file("plate.urdf", BARE.replace("<link name=\"arm\"/>", shape));
+    let said = scratch.trueup(&["robot", "check", "plate.urdf"]);
+    assert!(said.out.contains("1 solids; none on plate"), "{}", said.out);
+}
+
+/// A home in which the arm touched itself took planning away, which an arm without any home kept.
+#[test]
+fn planning_needs_no_home() {
+    let scratch = Scratch::new("cli-robot-check-home");
+    let body = |name: &str| {
+        format!(
+            "<link name=\"{name}\"><collision><geometry><box size=\"0.2 0.2 0.1\"/></geometry></collision></link>"
+        )
+    };
+    let next = |name: &str, from: &str, to: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{from}\"/><child link=\"{to}\"/><origin xyz=\"0.3 0 0\"/>\
+             <axis xyz=\"0 0 1\"/><limit lower=\"-3.1\" upper=\"3.1\" velocity=\"1\" effort=\"1\"/></joint>"
+        )
+    };
+    // Three steps of 0.3 m, each turned by about 120 deg, end where they began.
+    let links = ["l0", "l1", "l2", "l3"];
+    let text: String = links.iter().map(|name| body(name)).collect();
+    let joints: String = (0..3).map(|i| next(&format!("j{i}"), links[i], links[i + 1])).collect();
+    scratch.file("fold.urdf", format!("<robot name=\"fold\">{text}{joints}</robot>"));
+    let usable = |home: &str| {
+        scratch.file("robot.toml", home);
+        let document = scratch.trueup(&["robot", "check", "fold.urdf", "--json"]).json();
+        let told =
+            document["checks"].as_array().unwrap().iter().find(|c| c["name"] == "self_collision");
+        (document["usable_for"].clone(), told.cloned())
+    };
+    let (without, _) = usable("");
+    let (folded, told) = usable("[poses_deg]\nhome = [115, 120, 0]\n");
+    assert!(without.as_array().unwrap().iter().any(|to| to == "planning"), "{without}");
+    assert_eq!(folded, without);
+    let told = told.unwrap();
+    assert_eq!(
+        (told["state"].as_str(), told["needed_for"].as_str()),
+        (Some("missing"), Some("pour"))
+    );
+}
+
 /// It was usable for a pour, and the first run ended with "link and table overlap by 20.0 mm".
 #[test]
 fn a_home_from_which_no_run_begins_is_told() {

@@ -159,10 +159,19 @@ impl List<'_> {
     fn shapes(&mut self) {
         let robot = self.robot;
         let bodies = bodies(robot);
-        let bare: Vec<&str> = bodies
-            .iter()
-            .filter(|body| body.iter().all(|&link| robot.links()[link].collision.is_empty()))
-            .map(|body| robot.links()[body[0]].name.as_str())
+        let links = robot.links();
+        let is_left_out = |name: &str| {
+            robot.notes().iter().any(|note| matches!(note, Note::Mesh { link, .. } if link == name))
+        };
+        // A part without any shape, and whatever moves and has none but meshes that are left out.
+        let is_bare = |link: usize| {
+            let mut parts = bodies.iter().filter(|body| body[0] == link);
+            parts.any(|body| body.iter().all(|&link| links[link].collision.is_empty()))
+                || (robot.carrier(link) != 0 && is_left_out(&links[link].name))
+        };
+        let bare: Vec<&str> = (0..links.len())
+            .filter(|&link| links[link].collision.is_empty() && is_bare(link))
+            .map(|link| links[link].name.as_str())
             .collect();
         let solids: usize = robot.links().iter().map(|link| link.collision.len()).sum();
         let write = "<collision> with a box, cylinder or sphere, or a mesh in STL or OBJ";
@@ -201,11 +210,12 @@ impl List<'_> {
             {
                 let (first, second) = (nearest.first, nearest.second);
                 let found = format!(
-                    "at `{name}` {first} and {second} overlap by {:.1} mm",
+                    "at `{name}` {first} and {second} overlap by {:.1} mm: nothing is planned from there",
                     -1e3 * nearest.distance
                 );
                 let write = "another pose, or smaller shapes, or the pair into [[unchecked]]";
-                self.wrong(("self_collision", State::Missing, Use::Planning), found, write);
+                // From elsewhere the arm is planned for as well; a run begins at `home`.
+                self.wrong(("self_collision", State::Missing, Use::Pour), found, write);
             }
         }
     }
