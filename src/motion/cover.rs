@@ -5,8 +5,9 @@
 //! is covered by itself. What is covered is the surface; what is solid behind it is covered with it, since every solid
 //! is convex and holds the hull of its half.
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion, Vector2, Vector3};
 
+use super::hull;
 use super::solid::{Placed, Solid};
 use crate::world::mesh::read::Triangle;
 
@@ -132,10 +133,12 @@ fn capsule(points: &[Vector3<f64>], frame: &Matrix3<f64>, along: usize) -> (f64,
     );
     // Badoiu and Clarkson, "Smaller core-sets for balls", 2003: a step towards the farthest, ever shorter.
     let mut centre = (low + high).xy() / 2.0;
-    let farthest = |centre: &nalgebra::Vector2<f64>| {
-        local
+    let flat: Vec<Vector2<f64>> = local.iter().map(Vector3::xy).collect();
+    let outline = hull::corners(&flat);
+    let farthest = |centre: &Vector2<f64>| {
+        outline
             .iter()
-            .map(Vector3::xy)
+            .copied()
             .max_by(|a, b| (a - centre).norm_squared().total_cmp(&(b - centre).norm_squared()))
     };
     let mut least = (f64::INFINITY, centre);

@@ -25,6 +25,7 @@ mod lacking;
 mod tree;
 mod turn;
 pub mod mesh;
+mod hull;
 mod cover;
 mod knuckle;
 mod jaw;
