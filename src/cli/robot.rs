@@ -2,8 +2,10 @@
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::{Args, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::language::nearest;
 use crate::motion::dynamics::Bodies;
@@ -113,17 +115,28 @@ const ROWS: &str = "numbers stand between commas, one row a line; a header may n
 const PROBLEM: &str = "it holds {\"start\": [..], \"goals\": [[..]], \"obstacles\": [{\"shape\": \"box\", \"size_m\": [0.1, 0.1, 0.4], \
      \"pose\": {\"xyz_m\": [0.5, 0, 0.2], \"quat_wxyz\": [1, 0, 0, 0]}}]}";
 
-fn robot_of(which: &Which) -> Result<Robot, Failure> {
+/// What is asked of a robot, and so what is read of it.
+#[derive(Debug, Clone, Copy)]
+enum Asked {
+    /// Where the links up to the tip are, and what they weigh.
+    UpToTip,
+    /// Where all links are, and what they weigh.
+    All,
+    /// What it touches too.
+    Touch,
+}
+
+fn robot_of(which: &Which, asked: Asked) -> Result<Robot, Failure> {
     let tip = which.tip.as_deref();
     match (&which.robot_file, tip) {
-        (Some(path), tip) => named(path, tip),
+        (Some(path), tip) => named(path, tip, asked),
         (None, Some(tip)) => Robot::gen3_to(tip).map_err(|error| failure(&error)),
         (None, None) => Ok(Robot::gen3()),
     }
 }
 
 /// Reads a robot from a URDF or the one in a folder; what is neither may be the name of a robot of the stdlib.
-fn named(path: &Path, tip: Option<&str>) -> Result<Robot, Failure> {
+fn named(path: &Path, tip: Option<&str>, asked: Asked) -> Result<Robot, Failure> {
     let place = path.display().to_string();
     if !path.exists() {
         match Stdlib::embedded().robot_to(&place, tip) {
@@ -133,7 +146,12 @@ fn named(path: &Path, tip: Option<&str>) -> Result<Robot, Failure> {
             Err(RobotError::None { .. }) => {}
         }
     }
-    Robot::from_file(path, tip).map_err(|error| failure(&error).at(place))
+    let robot = match asked {
+        Asked::UpToTip => Robot::bare_from_file(path, tip, false),
+        Asked::All => Robot::bare_from_file(path, tip, true),
+        Asked::Touch => Robot::from_file(path, tip),
+    };
+    robot.map_err(|error| failure(&error).at(place))
 }
 
 fn failure(error: &motion::Error) -> Failure {
@@ -213,6 +231,17 @@ fn mind_degrees(robot: &Robot, rows: &Rows, style: Style) {
 
 type Rows = Vec<Vec<f64>>;
 
+/// Tells on a terminal how far a check has come, and at first that the robot is read.
+fn bar(style: Style) -> ProgressBar {
+    if !style.bars || style.quiet {
+        return ProgressBar::hidden();
+    }
+    let look = ProgressStyle::with_template("{bar:24} {msg}  {elapsed}");
+    let bar = ProgressBar::new(1).with_message("reading");
+    bar.enable_steady_tick(Duration::from_millis(120));
+    bar.with_style(look.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
 /// `trueup robot ...`.
 pub(super) fn robot(
     command: &RobotCommand,
@@ -223,22 +252,26 @@ pub(super) fn robot(
     let (seed, motion) = (shared.common.seed, shared.cell.motion);
     match command {
         RobotCommand::Fk(args) => {
-            let robot = robot_of(&args.which)?;
+            let robot = robot_of(&args.which, Asked::UpToTip)?;
             let rows = rows_of(&robot, args.q.as_ref(), args.q_file.as_ref(), style)?;
             let found = answer::fk(&robot, &rows).map_err(|error| failure(&error))?;
             style.answer(&found);
             Ok(Exit::Yes)
         }
         RobotCommand::Dynamics(args) => {
-            let robot = robot_of(&args.rows.which)?;
+            let (bodies, asked) = if args.with_gripper {
+                (Bodies::All, Asked::All)
+            } else {
+                (Bodies::UpToTip, Asked::UpToTip)
+            };
+            let robot = robot_of(&args.rows.which, asked)?;
             let rows = rows_of(&robot, args.rows.q.as_ref(), args.rows.q_file.as_ref(), style)?;
-            let bodies = if args.with_gripper { Bodies::All } else { Bodies::UpToTip };
             let found = answer::dynamics(&robot, bodies, &rows).map_err(|error| failure(&error))?;
             style.answer(&found);
             Ok(Exit::Yes)
         }
         RobotCommand::Ik(args) => {
-            let robot = robot_of(&args.which)?;
+            let robot = robot_of(&args.which, Asked::UpToTip)?;
             let (text, place) = match (&args.pose, &args.pose_file) {
                 (Some(line), _) => (line.clone(), "--pose".to_owned()),
                 (None, Some(path)) => (data(path)?, path.display().to_string()),
@@ -261,7 +294,15 @@ pub(super) fn robot(
             })
         }
         RobotCommand::Check(args) => {
-            let found = robot_check::check(&named(&args.file, args.tip.as_deref())?);
+            let bar = bar(style);
+            let robot = named(&args.file, args.tip.as_deref(), Asked::Touch)
+                .inspect_err(|_| bar.finish_and_clear())?;
+            let found = robot_check::check(&robot, &mut |what, [done, of]| {
+                bar.set_length(of as u64 + 1);
+                bar.set_position(done as u64 + 1);
+                bar.set_message(what);
+            });
+            bar.finish_and_clear();
             if style.json {
                 style.document(&found);
             } else {
@@ -270,7 +311,7 @@ pub(super) fn robot(
             Ok(if found.is_ready() { Exit::Yes } else { Exit::No })
         }
         RobotCommand::Plan(args) => {
-            let robot = robot_of(&args.which)?;
+            let robot = robot_of(&args.which, Asked::Touch)?;
             let place = args.problem.display().to_string();
             let problem = Problem::parse(&read(&args.problem)?).map_err(|error| {
                 Failure::input("robot::problem", error.to_string()).at(&place).help(PROBLEM)

@@ -320,6 +320,9 @@ pub enum MeshFault {
     /// A file that cannot be read.
     #[error("it cannot be read: {0}")]
     Unread(String),
+    /// A file that nobody asked for.
+    #[error("nothing is asked that it would tell")]
+    NotAsked,
     /// Bytes that are no mesh.
     #[error(transparent)]
     Read(#[from] read::Unread),

@@ -21,6 +21,15 @@ pub fn nowhere(_: &str) -> Result<Vec<u8>, MeshFault> {
     Err(MeshFault::Missing)
 }
 
+/// The source of a robot of which nobody asks what it touches.
+///
+/// # Errors
+///
+/// Always [`MeshFault::NotAsked`].
+pub fn not_asked(_: &str) -> Result<Vec<u8>, MeshFault> {
+    Err(MeshFault::NotAsked)
+}
+
 /// Reads a mesh that a URDF in `folder` names.
 ///
 /// # Errors

@@ -17,7 +17,7 @@ use nalgebra::{Point3, Translation3, Vector3};
 
 use super::bounds;
 use super::error::Error;
-use super::fault::{Note, UrdfFault};
+use super::fault::{MeshFault, Note, UrdfFault};
 use super::frames::{Frame, Frames};
 use super::lacking::lacking;
 pub use super::links::{Drive, Joint, JointLimits, Link, Marker, Motion, Visual};
@@ -190,6 +190,32 @@ impl Robot {
     ///
     /// [`Error::File`] if a file cannot be read; otherwise as [`Self::from_urdf_with`].
     pub fn from_file(path: &Path, tip: Option<&str>) -> Result<Self, Error> {
+        Self::from_file_with(path, tip, &mesh::beside)
+    }
+
+    /// As [`Self::from_file`], for whoever asks where links are and what they weigh, not what they touch: without its meshes,
+    /// whose solids take long to find. Jaws that turn are coupled by the shapes of their pads: a robot that has some on the
+    /// way to the tip, or `with_jaws` any, is read with its meshes all the same.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::from_file`].
+    pub fn bare_from_file(path: &Path, tip: Option<&str>, with_jaws: bool) -> Result<Self, Error> {
+        let bare = Self::from_file_with(path, tip, &|_, name| mesh::not_asked(name))?;
+        let follows = |link: usize| bare.links[link].joint.drive.is_of_gripper();
+        let matters = if with_jaws {
+            (0..bare.links.len()).any(follows)
+        } else {
+            bare.path.iter().any(|&link| follows(link))
+        };
+        if matters { Self::from_file(path, tip) } else { Ok(bare) }
+    }
+
+    fn from_file_with(
+        path: &Path,
+        tip: Option<&str>,
+        meshes: &dyn Fn(&Path, &str) -> Result<Vec<u8>, MeshFault>,
+    ) -> Result<Self, Error> {
         let inside = if path.is_dir() { only_urdf(path)? } else { None };
         let path = inside.as_deref().unwrap_or(path);
         let read = |path: &Path| {
@@ -202,7 +228,7 @@ impl Robot {
         let beside = path.with_file_name("robot.toml");
         let side = if beside.is_file() { read(&beside)? } else { String::new() };
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::from_urdf_beside(&text, &side, tip, &|name: &str| mesh::beside(folder, name))
+        Self::from_urdf_beside(&text, &side, tip, &|name: &str| meshes(folder, name))
     }
 
     /// Joins what is rigid on the way to the tip.

@@ -187,6 +187,11 @@ fn meshes_of_a_package_become_solids_and_what_is_not_read_is_named() {
     assert!(notes[1].contains("none.obj") && notes[1].contains("not found"), "{notes:?}");
     // The folder of the URDF will do for its name.
     assert_eq!(Robot::from_file(path.parent().unwrap(), None).unwrap(), robot);
+    // Where links are needs no mesh.
+    let bare = Robot::bare_from_file(&path, None, true).unwrap();
+    assert!(bare.links().iter().all(|link| link.collision.is_empty()));
+    let tip = |robot: &Robot| *robot.forward(&[0.1, 0.2, 0.3]).unwrap().isometry();
+    assert_eq!(tip(&bare), tip(&robot));
 }
 
 /// The knuckles of a 2F-85 as `ros2_robotiq_gripper` has them, with the box about the mesh of a fingertip.

@@ -24,20 +24,27 @@ const MANY_TURNS: f64 = 5.0 * TAU;
 /// What the table is called among obstacles.
 pub(super) const TABLE: &str = "table";
 
-/// Answers `robot check`.
-pub fn check(robot: &Robot) -> CheckAnswer {
+/// Answers `robot check`; `tell` hears what is looked at next, after how many of how many.
+pub fn check<'a>(robot: &'a Robot, tell: &mut dyn FnMut(&'static str, [usize; 2])) -> CheckAnswer {
     let mut list = List { robot, checks: Vec::new() };
-    list.joints();
-    list.limits();
-    list.shapes();
-    list.pairs();
-    list.masses();
-    list.coupled();
-    list.jaws();
-    list.tool();
-    list.marker();
-    list.poses();
-    list.reach();
+    let looks: [(&str, fn(&mut List<'a>)); 11] = [
+        ("joints", List::joints),
+        ("limits", List::limits),
+        ("shapes", List::shapes),
+        ("pairs", List::pairs),
+        ("masses", List::masses),
+        ("mimic", List::coupled),
+        ("jaws", List::jaws),
+        ("tool", List::tool),
+        ("marker", List::marker),
+        ("poses", List::poses),
+        ("reach", List::reach),
+    ];
+    let n = looks.len();
+    for (done, (what, look)) in looks.into_iter().enumerate() {
+        tell(what, [done, n]);
+        look(&mut list);
+    }
     let blocked = |to: Use| {
         list.checks.iter().any(|check| check.state == State::Missing && check.needed_for <= to)
     };
@@ -481,7 +488,7 @@ mod tests {
                 "<robot name=\"arm\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"revolute\"><parent link=\"a\"/>
                 <child link=\"b\"/><axis xyz=\"0 0 1\"/><limit lower=\"-{end}\" upper=\"{end}\" velocity=\"1\" effort=\"1\"/></joint></robot>"
             );
-            let answer = check(&Robot::from_urdf(&text, None).unwrap());
+            let answer = check(&Robot::from_urdf(&text, None).unwrap(), &mut |_, _| {});
             let ranges = answer.checks.iter().find(|finding| finding.name == "ranges");
             ranges.map(|finding| finding.state)
         };
