@@ -35,8 +35,14 @@ impl Robot {
         if sign < 0.0 {
             joint.turn_round();
         }
-        joint.count_from(sign * offset);
-        joint.drive = Drive::Jaw { multiplier: sign * multiplier, offset: 0.0 };
+        // From nowhere nothing is counted; such a jaw is no half of a pair.
+        let offset = if offset.is_finite() {
+            joint.count_from(sign * offset);
+            0.0
+        } else {
+            offset
+        };
+        joint.drive = Drive::Jaw { multiplier: sign * multiplier, offset };
     }
 
     /// Works out how near and how far the jaws come to each other once all are driven. Where they do not close all the way by
@@ -77,9 +83,10 @@ impl Robot {
         let lowers = [left, right].map(|jaw| self.links[jaw].joint.range.0);
         let apart = -first - second;
         let zero = f64::midpoint(lowers[0], lowers[1]) - 0.5 * apart;
-        let zero = zero.min(lowers[0]).min(lowers[1]);
-        for jaw in [left, right] {
-            self.links[jaw].joint.count_from(zero);
+        if zero.is_finite() {
+            for jaw in [left, right] {
+                self.links[jaw].joint.count_from(zero.min(lowers[0]).min(lowers[1]));
+            }
         }
     }
 
