@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use crate::execution::done::Done;
-use crate::execution::error::ActionError;
 use crate::execution::timing::Past;
 use crate::graph::{self, Graph, ParseGraph};
 use crate::language::ast::Remedy;
@@ -68,10 +67,8 @@ impl WorkCell {
             *used.entry(plan.path.clone()).or_default() += 1;
             self.audience.note(&wording::recovering(&plan.path));
             if let Err(error) = self.carry_out(&plan.steps, on) {
-                let stopped =
-                    matches!(error, Error::Action(ActionError::Stopped) | Error::Unrecorded { .. });
                 on.run.reason = Some(wording::recovery_failed(&reason, &error));
-                return if stopped { Err(error) } else { Ok(()) };
+                return if ends_the_run(&error) { Err(error) } else { Ok(()) };
             }
             match plan.remedy {
                 Some(Remedy::Retry { other, .. }) => {
@@ -243,6 +240,14 @@ impl WorkCell {
         let best = self.rehearse(&candidates, on)?;
         self.perform(on, &best)?;
         Ok(())
+    }
+}
+
+/// Whether nothing more is done in a run after an error, also in a recovery: a person said stop, a device failed, or nothing can be kept.
+fn ends_the_run(error: &Error) -> bool {
+    match error {
+        Error::Action(error) => error.ends_the_walk(),
+        error => matches!(error, Error::Unrecorded { .. }),
     }
 }
 

@@ -85,7 +85,8 @@ impl WorkCell {
                 Err(error)
             }
             Err(error) => {
-                run.reason = Some(error.to_string());
+                // What fails while a recovery runs has been told with what it was to recover from.
+                run.reason.get_or_insert_with(|| error.to_string());
                 if let Error::Action(ActionError::Device(device)) = &error {
                     run.outcome =
                         if device.is_limit() { Ending::Stopped } else { Ending::Unavailable };

@@ -77,6 +77,40 @@ fn a_bridge_that_refuses_all_while_the_arm_moves_leaves_a_run_with_its_step() {
     assert!(scratch.path(run["run_dir"].as_str().unwrap()).join("run.json").is_file());
 }
 
+/// A device that fails while a recovery runs ended the call as a failure, code 1, and at the prompt lines went on moving the arm.
+#[test]
+fn an_arm_that_is_lost_in_a_recovery_is_not_available() {
+    let scratch = Scratch::new("bridge-recovery");
+    scratch.file("dry.task", &dry().text);
+    let mut reality = Reality::new(Some(dry()), LabSettings::default(), 3);
+    let (mut was_closed, mut is_over) = (false, false);
+    let (place, _) = serve(move |request| {
+        let mut request = request.clone();
+        if let Some(opening) = request["step"]["grip"]["opening"].as_f64() {
+            // The fingers do not close, so nothing is held; what comes to them next is the recovery's.
+            is_over |= was_closed && opening > 0.01;
+            was_closed |= opening <= 0.01;
+            if was_closed {
+                request["step"]["grip"] = Value::Null;
+            }
+        }
+        let is_motion = request.get("step").is_some() || request.get("stop").is_some();
+        if is_over && is_motion {
+            return Some(json!({"error": "motor 3 is too warm", "help": "wait"}).to_string());
+        }
+        Some(reality.answer(&request))
+    });
+    let robot = format!("bridge://{place}");
+    let args = ["-c", "pick(jar)", "--scene", "dry.task", "--seed", "3", "--robot", robot.as_str()];
+    let done = scratch.trueup(&[&args[..], &["--without-regression", "3", "--json"]].concat());
+    assert_eq!(done.code, 4, "{}{}", done.out, done.err);
+    let run = read(&scratch, &done.out);
+    assert_eq!((&run["outcome"], &run["device_help"]), (&json!("unavailable"), &json!("wait")));
+    let reason = run["reason"].as_str().unwrap();
+    assert!(reason.starts_with("grasp(jar"), "{reason}");
+    assert!(reason.ends_with("the bridge refused `step`: motor 3 is too warm"), "{reason}");
+}
+
 #[test]
 fn addresses_that_are_not_whole_are_said_before_anything_is_asked() {
     let scratch = Scratch::new("bridge-address");
