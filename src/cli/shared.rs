@@ -83,7 +83,7 @@ pub(super) struct CellArgs {
     /// How fast the laboratory's arm moves: `fast`, as fast as it can be computed, or `real`, as a real one.
     #[arg(long, global = true, help_heading = ARM, value_name = "PACE", default_value = "fast", hide_possible_values = true)]
     pub(super) pace: Pace,
-    /// Let a real arm move without asking first.
+    /// Let a real arm move without typing `move` first; at an open prompt each call is asked about all the same, until `:confirm none`.
     #[arg(long, global = true, help_heading = ARM)]
     pub(super) yes: bool,
     /// A `.task` file with a `scene`, instead of the kitchen of the stdlib.

@@ -245,7 +245,10 @@ impl Session<'_, '_> {
             Confirm::None => false,
         };
         if asks {
-            self.style.say(format!("carry it out with the {}? y or n", self.robot));
+            let robot = &self.robot;
+            // `--yes` is not meant for the calls of a prompt; who gave it looks for what is.
+            let spared = if is_simulated { "" } else { "; `:confirm none` asks no more" };
+            self.style.say(format!("carry it out with the {robot}? y or n{spared}"));
             self.pending = Some(Pending::Run(Box::new(step), meant.to_owned()));
         } else {
             self.run(step, meant);

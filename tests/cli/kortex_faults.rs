@@ -149,6 +149,8 @@ fn the_prompt_asks_before_an_arm_is_moved_unless_told_not_to() {
     let said = scratch.typed_with(&args, keys, ("KORTEX_PASSWORD", "admin"));
     let asked = said.out.matches("carry it out with the kortex://").count();
     assert_eq!((asked, said.out.matches("left undone").count()), (2, 2), "{}", said.out);
+    // `--yes` does not answer it; it names what does.
+    assert_eq!(said.out.matches("y or n; `:confirm none` asks no more").count(), 2, "{}", said.out);
     // Without a question it goes to work, and the camera is not there.
     assert!(said.out.contains("no picture from http://127.0.0.1:9"), "{}", said.out);
 }
