@@ -407,7 +407,8 @@ impl<P: Plant> Arm for Ticked<P> {
             self.run(0.1, cancel, watch, |_| None)?;
             let now = self.plant.report().opening;
             still = if (now - last).abs() < STILL { still + 1 } else { 0 };
-            has_begun |= still == 0;
+            // Fingers that give a little the other way, as a linkage does when its motor starts, have not begun.
+            has_begun |= (now - last) * (opening - last).signum() >= STILL;
             last = now;
             let is_due = has_begun
                 || (last - opening).abs() <= THERE

@@ -247,10 +247,8 @@ fn a_servo_that_is_late_is_waited_for() {
     assert!(most > 0.15, "{most} rad were nothing to bear");
 }
 
-/// Fingers that had not begun after 0.3 s counted as stopped by something.
-#[test]
-fn fingers_may_begin_late_and_are_not_waited_for_twice() {
-    let robot = Robot::gen3();
+/// An arm whose fingers, from 80 mm open on, give way by `gives` m at once and go where they are sent 0.6 s later; something of 30 mm is between them.
+fn with_late_fingers(robot: &Robot, gives: f64) -> (BridgeArm, Arc<Mutex<Vec<Value>>>) {
     let names: Vec<String> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
     let (q, joints) = (robot.pose("home").unwrap().to_vec(), names.clone());
     let (mut t, mut opening, mut begins) = (0.0, 0.08, f64::INFINITY);
@@ -261,8 +259,8 @@ fn fingers_may_begin_late_and_are_not_waited_for_twice() {
         t += request["step"]["dt"].as_f64().unwrap_or(0.0);
         if request["step"]["grip"].is_object() {
             begins = t + 0.6;
+            opening += gives;
         }
-        // Something of 30 mm is between them.
         if t > begins {
             opening = f64::max(0.03, opening - 0.004 * 0.1);
         }
@@ -270,7 +268,14 @@ fn fingers_may_begin_late_and_are_not_waited_for_twice() {
         Some(json!({"t": t, "q": q, "dq": none, "tau": none, "opening": opening}).to_string())
     });
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let mut arm = connect(&place, "robot", &names).unwrap().arm;
+    (connect(&place, "robot", &names).unwrap().arm, asked)
+}
+
+/// Fingers that had not begun after 0.3 s counted as stopped by something.
+#[test]
+fn fingers_may_begin_late_and_are_not_waited_for_twice() {
+    let robot = Robot::gen3();
+    let (mut arm, asked) = with_late_fingers(&robot, 0.0);
     let close = Limits::default().clear_grip(&robot, 0.0, 0.1, 20.0).unwrap();
     let mut close = || arm.grip(&close, &Cancel::default(), &mut |_| {}).unwrap();
     let grip = close();
@@ -279,6 +284,16 @@ fn fingers_may_begin_late_and_are_not_waited_for_twice() {
     assert!(close().stalled);
     let steps = asked.lock().unwrap().len() - before;
     assert_eq!(steps, 75, "three tenths of a second");
+}
+
+/// Fingers that moved at all had begun, and then rested: they were waited for no longer.
+#[test]
+fn fingers_that_give_the_wrong_way_have_not_begun() {
+    let robot = Robot::gen3();
+    let (mut arm, _) = with_late_fingers(&robot, 5e-4);
+    let close = Limits::default().clear_grip(&robot, 0.0, 0.1, 20.0).unwrap();
+    let grip = arm.grip(&close, &Cancel::default(), &mut |_| {}).unwrap();
+    assert!((grip.opening - 0.03).abs() < 1e-9, "{grip:?}");
 }
 
 #[test]
