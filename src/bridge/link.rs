@@ -223,20 +223,22 @@ impl Link {
             return Err(trouble.clone());
         }
         let word = request.word();
-        let line = match self.exchange(request, within) {
-            Ok(line) => line,
+        let answer = match self.exchange(request, within) {
+            Ok(answer) => answer,
             Err(error) => return Err(self.fail(error)),
         };
-        if let Ok(Refusal { error, help }) = serde_json::from_slice(&line) {
+        // A writer of UTF-8 may begin with a byte-order mark.
+        let line = answer.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&answer);
+        if let Ok(Refusal { error, help }) = serde_json::from_slice(line) {
             // It may go on later, but not from a motion that was cut short.
             if !is_step(request) && !matches!(request, Request::Stop {}) {
                 self.ask_to_stop();
             }
             return Err(Error::Refused { request: word, why: error, help });
         }
-        serde_json::from_slice(&line).map_err(|error| {
+        serde_json::from_slice(line).map_err(|error| {
             let unreadable = Error::Unreadable { request: word, why: error.to_string() };
-            self.refuse(request, no_number(&line, word).unwrap_or(unreadable))
+            self.refuse(request, no_number(line, word).unwrap_or(unreadable))
         })
     }
 

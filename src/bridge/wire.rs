@@ -1,6 +1,6 @@
 //! The messages of bridge protocol 1. SI units, rad, the robot's joint order.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::arm::Mover;
 
@@ -77,7 +77,7 @@ pub struct Hello {
     /// The version that the server speaks.
     pub hello: u32,
     /// What the server calls itself.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "or_absent")]
     pub name: String,
     /// The names of its joints, in its order.
     pub joints: Vec<String>,
@@ -85,11 +85,20 @@ pub struct Hello {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<Size>,
     /// Whether it has scales.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "or_absent")]
     pub scales: bool,
     /// Whether its time passes by itself.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "or_absent")]
     pub realtime: bool,
+}
+
+/// Reads `null` as what is left out.
+fn or_absent<'de, D, T>(from: D) -> Result<T, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Default + Deserialize<'de>,
+{
+    Option::<T>::deserialize(from).map(Option::unwrap_or_default)
 }
 
 /// The size of a picture, px.
@@ -162,5 +171,9 @@ mod tests {
         let hello: Hello =
             serde_json::from_str(r#"{"hello": 1, "joints": ["a"], "more": 2}"#).unwrap();
         assert_eq!((hello.camera, hello.scales, hello.realtime), (None, false, false));
+        // Many languages write what they have not as `null`.
+        let nothing = r#"{"hello": 1, "joints": ["a"], "name": null, "camera": null, "scales": null, "realtime": null}"#;
+        let nulls: Hello = serde_json::from_str(nothing).unwrap();
+        assert_eq!(nulls, hello);
     }
 }

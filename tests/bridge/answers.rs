@@ -57,6 +57,16 @@ fn what_moves_by_itself_is_told_with_the_feedback() {
     assert!((head.at - nalgebra::Vector3::new(0.5, 0.1, 0.3)).norm() < 1e-12);
 }
 
+#[test]
+fn a_server_may_begin_with_a_byte_order_mark() {
+    let mut count = 0;
+    let (place, _) = serve(move |_| {
+        count += 1;
+        Some(if count == 1 { format!("\u{feff}{}\r", hello()) } else { told(5.0) })
+    });
+    connect(&place, "robot", &JOINTS).unwrap();
+}
+
 /// What goes wrong when hello and the first feedback are well and every later request is answered with this;
 /// and what was asked in all.
 fn after_a_good_beginning(bad: impl Into<String>) -> (DeviceError, Vec<String>) {
