@@ -8,7 +8,7 @@ use std::sync::Arc;
 use prost::Message as _;
 
 use crate::arm::ticked::Plant;
-use crate::kortex::frame::{Frame, Kind};
+use crate::kortex::frame::{Frame, FrameError, Kind};
 use crate::kortex::messages::base::{
     ArmStateNotification, OperatingMode, ServoingMode, ServoingModeNotification,
 };
@@ -100,7 +100,7 @@ impl Controller {
 
     /// Answers a frame; `None` for one that is no question.
     pub(super) fn answer(&mut self, peer: Peer, frame: &Frame, now: f64) -> Option<Frame> {
-        if matches!(frame.header.kind, Kind::Response | Kind::Notification) {
+        if !is_question(frame.header.kind) {
             return None;
         }
         let mut session = frame.header.session;
@@ -327,6 +327,18 @@ impl Controller {
         let time = self.servo.time;
         Timestamp { sec: time as u32, usec: (time.fract() * 1e6) as u32 }
     }
+}
+
+/// Returns whether a frame of this kind is answered.
+fn is_question(kind: Kind) -> bool {
+    !matches!(kind, Kind::Response | Kind::Notification)
+}
+
+/// Answers a frame that cannot be read; `None` where it cannot be told whose question it was, which only a header tells.
+pub(super) fn answer_unread(error: &FrameError) -> Option<Frame> {
+    let FrameError::Version { header, .. } = error else { return None };
+    let frame = Frame { header: *header, payload: Vec::new() };
+    is_question(header.kind).then(|| refused(&frame, header.session, &Refused::OtherVersion))
 }
 
 /// Returns the response that says no.

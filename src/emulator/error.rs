@@ -26,6 +26,8 @@ pub(super) enum Refused {
     UnknownService,
     #[error("unsupported frame type")]
     UnknownFrame,
+    #[error("another header version")]
+    OtherVersion,
     #[error("too many sessions")]
     TooManySessions,
     #[error("another session is in control")]
@@ -191,6 +193,7 @@ impl Refused {
             | Self::UnknownMethod
             | Self::UnknownService
             | Self::UnknownFrame
+            | Self::OtherVersion
             | Self::Garbled(_) => 1,
             _ => 3,
         }
@@ -205,6 +208,7 @@ impl Refused {
             Self::NotEmulated | Self::UnknownMethod => refusal::UNSUPPORTED_METHOD,
             Self::UnknownService => refusal::UNSUPPORTED_SERVICE,
             Self::UnknownFrame => refusal::UNSUPPORTED_FRAME_TYPE,
+            Self::OtherVersion => refusal::INCOMPATIBLE_HEADER_VERSION,
             Self::TooManySessions | Self::NoSolution(_) | Self::Failed(_) => refusal::METHOD_FAILED,
             Self::NotInControl => refusal::SESSION_NOT_IN_CONTROL,
             Self::NoUserName => refusal::USERNAME_EMPTY,

@@ -19,7 +19,7 @@ use crate::kortex::messages::base::ServoingMode;
 
 use super::Options;
 use super::call::Peer;
-use super::controller::Controller;
+use super::controller::{Controller, answer_unread};
 use super::faults::Faults;
 use super::servo::TICK;
 use super::time::ArmClock;
@@ -133,11 +133,15 @@ impl Shared {
         (0.0..self.faults.stall).contains(&since)
     }
 
-    /// Lets the controller answer a frame and sends whatever it has to say.
-    fn handle(&self, peer: Peer, frame: &Frame) {
+    /// Lets the controller answer what was heard and sends whatever it has to say.
+    fn handle(&self, peer: Peer, heard: &Result<Frame, FrameError>) {
         let now = Wall.now();
         let mut controller = self.controller();
-        if let Some(answer) = controller.answer(peer, frame, now) {
+        let answer = match heard {
+            Ok(frame) => controller.answer(peer, frame, now),
+            Err(error) => answer_unread(error),
+        };
+        if let Some(answer) = answer {
             self.send(&mut controller, peer, &answer);
         }
         self.send_notifications(&mut controller);
@@ -286,12 +290,10 @@ fn listen(shared: &Shared, mut stream: TcpStream, peer: Peer) {
             while shared.is_stalled() && !shared.is_over() {
                 thread::sleep(Duration::from_millis(5));
             }
-            match decoder.next_frame() {
-                Ok(Some(frame)) => shared.handle(peer, &frame),
-                Ok(None) => break,
-                Err(FrameError::Magic(_) | FrameError::TooLong(_)) => return,
-                // Whose question it was cannot be told, so it cannot be answered.
-                Err(_) => {}
+            match decoder.next_frame().transpose() {
+                None => break,
+                Some(Err(FrameError::Magic(_) | FrameError::TooLong(_))) => return,
+                Some(heard) => shared.handle(peer, &heard),
             }
             is_known = is_known || shared.controller().sessions.has(peer);
             if !is_known && strange > STRANGE {
@@ -319,11 +321,11 @@ pub(super) fn datagrams(shared: &Shared) {
     let mut buffer = vec![0; 65_536];
     while !shared.is_over() {
         let Ok((n, from)) = shared.udp.recv_from(&mut buffer) else { continue };
-        let Ok(frame) = Frame::decode(&buffer[..n]) else { continue };
+        let heard = Frame::decode(&buffer[..n]);
         if shared.is_away() || shared.is_stalled() || shared.controller().chance.drops() {
             continue;
         }
-        shared.handle(Peer::Udp(from), &frame);
+        shared.handle(Peer::Udp(from), &heard);
     }
 }
 

@@ -39,8 +39,13 @@ pub enum FrameError {
     #[error("a frame that cannot be read: {0}")]
     Malformed(Malformed),
     /// The header has another version.
-    #[error("a frame of header version {0}; this program speaks version {VERSION}")]
-    Version(u32),
+    #[error("a frame of header version {version}; this program speaks version {VERSION}")]
+    Version {
+        /// Which.
+        version: u32,
+        /// Whose frame it is, if what tells so stands where it does in this version.
+        header: Header,
+    },
     /// The header and the frame disagree about the payload.
     #[error("a frame announces {announced} bytes of payload and has {found} bytes")]
     Payload {
@@ -231,15 +236,6 @@ impl Frame {
         let raw = RawFrame::decode(bytes)
             .map_err(|error| FrameError::Malformed(Malformed::Message(error.to_string())))?;
         let words = raw.header.ok_or(FrameError::Malformed(Malformed::NoHeader))?;
-        for version in [words.frame >> 28, words.service >> 28] {
-            if version != VERSION {
-                return Err(FrameError::Version(version));
-            }
-        }
-        let announced = (words.payload & 0x00FF_FFFF) as usize;
-        if announced != raw.payload.len() {
-            return Err(FrameError::Payload { announced, found: raw.payload.len() });
-        }
         let header = Header {
             kind: Kind::of((words.frame >> 24 & 0xF) as u8),
             device: (words.frame >> 16) as u8,
@@ -250,6 +246,15 @@ impl Frame {
             service: (words.service >> 16 & 0xFFF) as u16,
             function: words.service as u16,
         };
+        for version in [words.frame >> 28, words.service >> 28] {
+            if version != VERSION {
+                return Err(FrameError::Version { version, header });
+            }
+        }
+        let announced = (words.payload & 0x00FF_FFFF) as usize;
+        if announced != raw.payload.len() {
+            return Err(FrameError::Payload { announced, found: raw.payload.len() });
+        }
         Ok(Self { header, payload: raw.payload })
     }
 }

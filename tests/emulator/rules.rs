@@ -86,6 +86,23 @@ fn next(stream: &mut TcpStream) -> Frame {
     }
 }
 
+/// Nothing was answered, and a client waited out its time.
+#[test]
+fn a_frame_of_another_header_version_is_answered_so() {
+    let emulator = emulator(&eager());
+    let mut stream = TcpStream::connect(emulator.tcp()).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+    let frame = Frame::request(call::GET_ARM_STATE, 0, 77, 5, Vec::new());
+    let mut bytes = frame.encode_stream().unwrap();
+    // Twelve bytes before the frame, then header, length and word: of its four bytes the last has version and kind.
+    assert_eq!(bytes[18], 0x11);
+    bytes[18] = 0x21;
+    stream.write_all(&bytes).unwrap();
+    let answer = next(&mut stream).header;
+    let told = (answer.sub_error, answer.session, answer.message);
+    assert_eq!(told, (refusal::INCOMPATIBLE_HEADER_VERSION, 77, 5));
+}
+
 #[test]
 fn rubbish_ends_its_own_connection_and_nobody_elses() {
     let emulator = emulator(&eager());
