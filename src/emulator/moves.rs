@@ -271,18 +271,9 @@ impl Controller {
         match self.waypoints(list) {
             Ok((trajectory, marks)) => self.begin_path(ask, kind, handle, trajectory, marks),
             // The call is taken; that the path is not, is told by the action.
-            Err(_) => {
-                self.begin_nothing(ask, kind, handle);
-            }
+            Err(_) => self.begin_nothing(ask, kind, handle),
         }
         done()
-    }
-
-    /// Tells of an action that was given up before it began.
-    fn begin_nothing(&mut self, ask: &Ask<'_>, kind: ActionType, handle: Option<ActionHandle>) {
-        self.begin(ask, kind, handle);
-        self.tell_action(ActionEvent::PreprocessAbort, refusal::METHOD_FAILED, Vec::new());
-        self.abort_action(refusal::CONTROL_WAYPOINT_TRAJECTORY_ABORTED);
     }
 
     pub(super) fn play(

@@ -149,8 +149,12 @@ fn a_path_that_breaks_a_limit_is_refused_with_joint_waypoint_value_and_limit() {
     let list = waypoints(&[(home_but(1, 135.0), 9.0)]);
     let () = link.call(call::EXECUTE_WAYPOINT_TRAJECTORY, &list).unwrap();
     let told = until_over(&emulator, &link, handle);
-    let abort = (ActionEvent::Abort, i32::from(refusal::CONTROL_WAYPOINT_TRAJECTORY_ABORTED));
-    assert_eq!(told.last(), Some(&abort));
+    let expected = [
+        (ActionEvent::PreprocessStart, 0),
+        (ActionEvent::PreprocessAbort, refusal::METHOD_FAILED),
+        (ActionEvent::Abort, refusal::CONTROL_WAYPOINT_TRAJECTORY_ABORTED),
+    ];
+    assert_eq!(told, expected.map(|(event, why)| (event, i32::from(why))));
 }
 
 #[test]

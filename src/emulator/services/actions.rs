@@ -8,7 +8,7 @@ use super::super::sessions::Session;
 use crate::kortex::messages::base::{
     ActionEvent, ActionHandle, ActionNotification, ActionType, TrajectoryInfo, TrajectoryInfoType,
 };
-use crate::kortex::rpc;
+use crate::kortex::{refusal, rpc};
 use crate::motion::trajectory::Trajectory;
 
 impl Controller {
@@ -48,14 +48,33 @@ impl Controller {
         kind: ActionType,
         handle: Option<ActionHandle>,
     ) {
-        let passing = ActionHandle { identifier: PASSING, action_type: kind as i32, permission: 0 };
-        self.actions.running = Some(handle.unwrap_or(passing));
+        self.name_running(kind, handle);
         if kind == ActionType::ExecuteWaypointList {
             self.tell_action(ActionEvent::PreprocessStart, 0, Vec::new());
             self.tell_action(ActionEvent::PreprocessEnd, 0, Vec::new());
         }
         self.tell_action(ActionEvent::Start, 0, Vec::new());
         self.sessions.keep(ask.now);
+    }
+
+    /// Tells of an action that is given up before it begins.
+    pub(in crate::emulator) fn begin_nothing(
+        &mut self,
+        ask: &Ask<'_>,
+        kind: ActionType,
+        handle: Option<ActionHandle>,
+    ) {
+        self.name_running(kind, handle);
+        self.tell_action(ActionEvent::PreprocessStart, 0, Vec::new());
+        self.tell_action(ActionEvent::PreprocessAbort, refusal::METHOD_FAILED, Vec::new());
+        self.abort_action(refusal::CONTROL_WAYPOINT_TRAJECTORY_ABORTED);
+        self.sessions.keep(ask.now);
+    }
+
+    /// Notes which action is told of from now on: a stored one by its handle, any other by what it does.
+    fn name_running(&mut self, kind: ActionType, handle: Option<ActionHandle>) {
+        let passing = ActionHandle { identifier: PASSING, action_type: kind as i32, permission: 0 };
+        self.actions.running = Some(handle.unwrap_or(passing));
     }
 
     /// The motion of the running action is over.
