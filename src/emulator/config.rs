@@ -121,6 +121,12 @@ impl Config {
         self.soft.get(&mode).unwrap_or(&self.hard)
     }
 
+    /// Returns the soft limits of the tool's speed in a control mode, m/s and rad/s.
+    pub(super) fn tool_speeds(&self, mode: i32) -> (f64, f64) {
+        let soft = self.soft(mode);
+        (f64::from(soft.twist_linear), f64::from(soft.twist_angular).to_radians())
+    }
+
     /// Returns what an actuator (from 0) is told in low-level servoing.
     pub(super) fn actuator_mode(&self, joint: usize) -> ActuatorMode {
         self.actuators.get(joint).map_or(ActuatorMode::None, |actuator| actuator.mode)

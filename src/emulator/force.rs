@@ -35,8 +35,7 @@ impl Controller {
             return Err(Refused::NotANumber);
         }
         self.wrench = WrenchMode::try_from(asked.mode).unwrap_or(WrenchMode::Normal);
-        let soft = self.config.soft(ControlMode::CartesianJoystick as i32);
-        let most = (f64::from(soft.twist_linear), f64::from(soft.twist_angular).to_radians());
+        let most = self.config.tool_speeds(ControlMode::CartesianJoystick as i32);
         let held = |vector: [f64; 3], most: f64| {
             let norm = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
             vector.map(|x| if norm > most { x * most / norm } else { x })

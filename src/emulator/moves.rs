@@ -1,12 +1,13 @@
 //! The calls of `Base` that move something: actions, paths, speeds, twists, fingers.
 
-use nalgebra::{Isometry3, Vector6};
+use nalgebra::{Isometry3, Vector3, Vector6};
 
 use crate::kortex::degrees;
 use crate::kortex::messages::base::{
     Action, ActionEvent, ActionHandle, ActionParameters, ActionType, ServoingMode,
     ServoingModeInformation,
 };
+use crate::kortex::messages::config::ControlMode;
 use crate::kortex::messages::motion::{
     CartesianConstraint, CartesianTrajectoryConstraint, ConstrainedJointAngle,
     ConstrainedJointAngles, ConstrainedOrientation, ConstrainedPose, ConstrainedPosition,
@@ -346,7 +347,10 @@ impl Controller {
         if !linear.iter().chain(&angular).all(|speed| speed.is_finite()) {
             return Err(Refused::NotANumber);
         }
-        let twist = Vector6::from_iterator(linear.into_iter().chain(angular));
+        let (v, w) = self.config.tool_speeds(ControlMode::CartesianJoystick as i32);
+        let (linear, angular) = (Vector3::from(linear), Vector3::from(angular));
+        let share = (v / linear.norm()).min(w / angular.norm()).min(1.0);
+        let twist = Vector6::from_iterator(linear.iter().chain(&angular).map(|x| x * share));
         // 2 is the tool's frame; mixed and base differ in what they turn about, not in their axes.
         self.servo.keep_twist(twist, asked.reference_frame == 2, false);
         done()

@@ -347,7 +347,7 @@ impl Servo {
             Motion::Twist { twist, in_tool, .. } => {
                 let (twist, in_tool) = (*twist, *in_tool);
                 let speeds = self.speeds_of(twist, in_tool);
-                Some(self.ramped(&speeds))
+                Some(self.ramped_together(&speeds))
             }
             Motion::Brake => {
                 let fastest = self.dq_cmd.iter().fold(0.0_f64, |most, dq| most.max(dq.abs()));
@@ -381,6 +381,27 @@ impl Servo {
             q.push(self.q_cmd[i] + speed * TICK);
             dq.push(speed);
         }
+        (q, dq)
+    }
+
+    /// As [`Self::ramped`], of joints that lead the tool together: what holds one back holds back all, so that the tool goes where it is led.
+    fn ramped_together(&self, speeds: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let within = |(i, speed): (usize, &f64)| {
+            let most = self.limits.velocity[i];
+            let held = self.braked(i, speed.clamp(-most, most));
+            if *speed == 0.0 { 1.0 } else { held / speed }
+        };
+        let slowest = share_within(&self.robot, &self.q_cmd, speeds, self.tool_speed);
+        let share = speeds.iter().enumerate().map(within).fold(slowest, f64::min);
+        let changes: Vec<f64> =
+            speeds.iter().zip(&self.dq_cmd).map(|(speed, dq)| speed * share - dq).collect();
+        let most = changes.iter().zip(&self.limits.acceleration);
+        let share = most.map(|(change, most)| most * TICK / change.abs()).fold(1.0, f64::min);
+        let next = self.dq_cmd.iter().zip(&changes).enumerate();
+        // A joint at the end of its range is braked in time, whatever that does to the others.
+        let dq: Vec<f64> =
+            next.map(|(i, (dq, change))| self.braked(i, dq + change * share)).collect();
+        let q = self.q_cmd.iter().zip(&dq).map(|(q, dq)| q + dq * TICK).collect();
         (q, dq)
     }
 
@@ -431,5 +452,28 @@ impl Servo {
             Some(weights) => (jacobian.transpose() * weights).iter().copied().collect(),
             None => still,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plant::Ideal;
+    use super::*;
+
+    /// A tool that was led faster than a joint can turn went another way.
+    #[test]
+    fn what_holds_one_joint_back_holds_back_all() {
+        let robot = Arc::new(Robot::gen3());
+        let home = robot.pose("home").unwrap().to_vec();
+        let mut servo = Servo::new(robot, Box::new(Ideal::new(&home)));
+        let fastest = servo.limits.velocity[0];
+        let asked = [2.0 * fastest, 0.1, -0.2, 0.0, 0.3, 0.1, 0.1];
+        for _ in 0..500 {
+            (servo.q_cmd, servo.dq_cmd) = servo.ramped_together(&asked);
+            let share = servo.dq_cmd[0] / asked[0];
+            let off = servo.dq_cmd.iter().zip(asked).map(|(dq, asked)| (dq - share * asked).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-9, "{:?}", servo.dq_cmd);
+        }
+        assert!((servo.dq_cmd[0] - fastest).abs() < 1e-9, "{:?}", servo.dq_cmd);
     }
 }

@@ -6,6 +6,7 @@ mod kept;
 mod zones;
 mod drive;
 mod rules;
+mod commands;
 mod arm;
 mod stopping;
 mod fault;
