@@ -12,6 +12,7 @@ use crate::kortex::messages::trajectory::TrajectoryErrorReport;
 use crate::motion::robot::Robot;
 
 use super::error::Refused;
+use super::paths::tool_speeds;
 
 /// What the emulator calls its firmware.
 pub(super) const FIRMWARE: &str = "2.6.0-emulated";
@@ -123,8 +124,7 @@ impl Config {
 
     /// Returns the soft limits of the tool's speed in a control mode, m/s and rad/s.
     pub(super) fn tool_speeds(&self, mode: i32) -> (f64, f64) {
-        let soft = self.soft(mode);
-        (f64::from(soft.twist_linear), f64::from(soft.twist_angular).to_radians())
+        tool_speeds(self.soft(mode))
     }
 
     /// Returns what an actuator (from 0) is told in low-level servoing.

@@ -92,6 +92,14 @@ pub(super) enum Refused {
     StartsElsewhere,
     #[error("not a number")]
     NotANumber,
+    #[error("no such frame of reference")]
+    NoFrame,
+    #[error("no such mode of the gripper")]
+    NoGripperMode,
+    #[error("a speed is negative")]
+    NegativeSpeed,
+    #[error("a duration is negative")]
+    NegativeDuration,
     #[error("no finger")]
     NoFinger,
     #[error("the value is 0..1, or -1..1 for speed")]
@@ -167,6 +175,9 @@ pub(super) enum Refused {
     Garbled(String),
     #[error("joints are 0 to {last}")]
     NoJoint { last: usize },
+    /// This joint, from 0, has two values in one list.
+    #[error("joint {joint} is named twice")]
+    JointTwice { joint: usize },
     #[error("{0}")]
     JointsUnplanned(Unplanned),
     #[error("{0}")]
@@ -231,6 +242,8 @@ impl Refused {
             Self::DefaultNotDeleted => refusal::DELETE_PERMISSION_DENIED,
             Self::ReferredTwice
             | Self::NotANumber
+            | Self::NoFrame
+            | Self::NoGripperMode
             | Self::NoFinger
             | Self::FingerValue
             | Self::NoTargetPose
@@ -247,6 +260,7 @@ impl Refused {
             | Self::NoSize
             | Self::NoRotation
             | Self::NoJoint { .. }
+            | Self::JointTwice { .. }
             | Self::Motion(_) => refusal::INVALID_PARAM,
             Self::JointCount | Self::CommandCount => refusal::CONTROL_ACTUATOR_COUNT_MISMATCH,
             Self::PointCount => refusal::CONTROL_LARGE_SIZE,
@@ -266,6 +280,10 @@ impl Refused {
             Self::OnlyColourFocused | Self::NoFocus => refusal::UNSUPPORTED_FOCUS_ACTION,
             Self::NoForceMode | Self::NotImplemented => refusal::UNIMPLEMENTED,
             Self::Garbled(_) => refusal::PAYLOAD_DECODING_ERR,
+            Self::NegativeDuration
+            | Self::JointsUnplanned(Unplanned::TooSoon(_))
+            | Self::LineUnplanned(Unplanned::TooSoon(_)) => refusal::CONTROL_INVALID_DURATION,
+            Self::NegativeSpeed => refusal::CONTROL_INVALID_SPEED,
             Self::JointsUnplanned(_) => refusal::CONTROL_JOINT_POSITION_LIMIT,
             Self::LineUnplanned(_) => refusal::CONTROL_OUTSIDE_WORKSPACE,
             Self::Planted => 999,

@@ -19,6 +19,7 @@ use crate::kortex::rpc::{base as call, control_config};
 use super::call::{Answer, Ask, done};
 use super::controller::Controller;
 use super::error::Refused;
+use super::paths::is_of_tool;
 use super::servo::Motion;
 
 /// What a force and a torque work against, N·s/m and N·m·s/rad.
@@ -28,6 +29,7 @@ impl Controller {
     pub(super) fn push(&mut self, ask: &Ask<'_>, asked: &WrenchCommand) -> Answer {
         self.may_command(ask)?;
         self.no_action()?;
+        let in_tool = is_of_tool(asked.reference_frame)?;
         let told = asked.wrench.clone().unwrap_or_default();
         let force = [told.force_x, told.force_y, told.force_z].map(|f| f64::from(f) / DAMPER.0);
         let torque = [told.torque_x, told.torque_y, told.torque_z].map(|t| f64::from(t) / DAMPER.1);
@@ -42,7 +44,7 @@ impl Controller {
         };
         let (force, torque) = (held(force, most.0), held(torque, most.1));
         let twist = Vector6::from_iterator(force.into_iter().chain(torque));
-        self.servo.keep_twist(twist, asked.reference_frame == 2, true);
+        self.servo.keep_twist(twist, in_tool, true);
         done()
     }
 

@@ -9,10 +9,9 @@ use crate::kortex::messages::base::{
 };
 use crate::kortex::messages::config::ControlMode;
 use crate::kortex::messages::motion::{
-    CartesianConstraint, CartesianTrajectoryConstraint, ConstrainedJointAngle,
-    ConstrainedJointAngles, ConstrainedOrientation, ConstrainedPose, ConstrainedPosition,
-    GripperCommand, GripperMode, JointSpeeds, JointTrajectoryConstraint,
-    JointTrajectoryConstraintType, Pose as WirePose, TwistCommand,
+    CartesianTrajectoryConstraint, ConstrainedJointAngle, ConstrainedJointAngles,
+    ConstrainedOrientation, ConstrainedPose, ConstrainedPosition, GripperCommand, GripperMode,
+    JointSpeeds, JointTrajectoryConstraint, Pose as WirePose, TwistCommand,
 };
 use crate::kortex::messages::trajectory::{
     PreComputedJointTrajectory, TrajectoryErrorElement, TrajectoryErrorReport, WaypointKind,
@@ -25,7 +24,7 @@ use super::actions::action_type;
 use super::call::{Answer, Ask, Fault, done, say};
 use super::controller::Controller;
 use super::error::Refused;
-use super::paths::{Pace, Planner, Timed, arranged, tool_pose, wire_pose};
+use super::paths::{Pace, Planner, Timed, arranged, is_of_tool, placed, tool_pose, wire_pose};
 use super::servo::FINGER_SPEED;
 
 impl Controller {
@@ -159,16 +158,10 @@ impl Controller {
         constraint: Option<&JointTrajectoryConstraint>,
         handle: Option<ActionHandle>,
     ) -> Answer {
-        let pace = constraint.map_or(Pace::Any, |constraint| {
-            let value = f64::from(constraint.value);
-            match JointTrajectoryConstraintType::try_from(constraint.r#type) {
-                Ok(JointTrajectoryConstraintType::Duration) if value > 0.0 => Pace::Duration(value),
-                Ok(JointTrajectoryConstraintType::Speed) if value > 0.0 => {
-                    Pace::JointSpeed(value.to_radians())
-                }
-                _ => Pace::Any,
-            }
-        });
+        if !angles.iter().all(|angle| angle.is_finite()) {
+            return Err(Refused::NotANumber);
+        }
+        let pace = Pace::of_joints(constraint)?;
         let planned = self.plan(4, |planner| planner.joints(angles, pace));
         let trajectory = planned.map_err(Refused::JointsUnplanned)?;
         self.begin_path(ask, ActionType::ReachJointAngles, handle, trajectory, Vec::new());
@@ -181,8 +174,8 @@ impl Controller {
         goal: &ConstrainedPose,
         handle: Option<ActionHandle>,
     ) -> Answer {
-        let pose = goal.target_pose.as_ref().and_then(tool_pose);
-        let pose = pose.ok_or(Refused::NoTargetPose)?;
+        let pose = goal.target_pose.as_ref().ok_or(Refused::NoTargetPose)?;
+        let pose = tool_pose(pose).ok_or(Refused::NotANumber)?;
         self.go_along(ask, &pose, goal.constraint.as_ref(), handle)
     }
 
@@ -218,20 +211,7 @@ impl Controller {
     ) -> Answer {
         self.may_command(ask)?;
         self.must_rest()?;
-        let soft = self.config.soft(5);
-        let most = (f64::from(soft.twist_linear), f64::from(soft.twist_angular).to_radians());
-        let pace = match constraint.and_then(|constraint| constraint.kind.as_ref()) {
-            Some(CartesianConstraint::Duration(seconds)) if *seconds > 0.0 => {
-                Pace::Duration(f64::from(*seconds))
-            }
-            Some(CartesianConstraint::Speed(speed)) => {
-                let linear = f64::from(speed.translation);
-                let angular = f64::from(speed.orientation).to_radians();
-                let or = |value: f64, most: f64| if value > 0.0 { value.min(most) } else { most };
-                Pace::Speed(or(linear, most.0), or(angular, most.1))
-            }
-            _ => Pace::Speed(most.0, most.1),
-        };
+        let pace = Pace::of_tool(constraint, self.config.tool_speeds(5))?;
         let trajectory =
             self.plan(5, |planner| planner.line(pose, pace)).map_err(Refused::LineUnplanned)?;
         self.begin_path(ask, ActionType::ReachPose, handle, trajectory, Vec::new());
@@ -323,10 +303,8 @@ impl Controller {
     pub(super) fn keep_speeds(&mut self, ask: &Ask<'_>, asked: &JointSpeeds) -> Answer {
         self.may_command(ask)?;
         self.no_action()?;
-        let mut speeds = vec![0.0_f32; self.robot.n_joints()];
-        for speed in &asked.joint_speeds {
-            *self.one_of(&mut speeds, speed.joint_identifier)? = speed.value;
-        }
+        let named = asked.joint_speeds.iter().map(|speed| (speed.joint_identifier, speed.value));
+        let speeds = placed(&named.collect::<Vec<_>>(), vec![0.0; self.robot.n_joints()])?;
         if !speeds.iter().all(|speed| speed.is_finite()) {
             return Err(Refused::NotANumber);
         }
@@ -340,6 +318,7 @@ impl Controller {
     pub(super) fn keep_twist(&mut self, ask: &Ask<'_>, asked: &TwistCommand) -> Answer {
         self.may_command(ask)?;
         self.no_action()?;
+        let in_tool = is_of_tool(asked.reference_frame)?;
         let twist = asked.twist.clone().unwrap_or_default();
         let linear = [twist.linear_x, twist.linear_y, twist.linear_z].map(f64::from);
         let angular = [twist.angular_x, twist.angular_y, twist.angular_z]
@@ -351,17 +330,18 @@ impl Controller {
         let (linear, angular) = (Vector3::from(linear), Vector3::from(angular));
         let share = (v / linear.norm()).min(w / angular.norm()).min(1.0);
         let twist = Vector6::from_iterator(linear.iter().chain(&angular).map(|x| x * share));
-        // 2 is the tool's frame; mixed and base differ in what they turn about, not in their axes.
-        self.servo.keep_twist(twist, asked.reference_frame == 2, false);
+        self.servo.keep_twist(twist, in_tool, false);
         done()
     }
 
     /// Moves the fingers; the caller has asked whether it may.
     pub(super) fn grip(&mut self, command: &GripperCommand) -> Result<(), Refused> {
         let widest = self.robot.max_opening();
-        let value = command.gripper.as_ref().and_then(|gripper| gripper.finger.first());
-        let value = value.map(|finger| f64::from(finger.value)).filter(|value| value.is_finite());
-        let value = value.ok_or(Refused::NoFinger)?;
+        let finger = command.gripper.as_ref().and_then(|gripper| gripper.finger.first());
+        let value = f64::from(finger.ok_or(Refused::NoFinger)?.value);
+        if !value.is_finite() {
+            return Err(Refused::NotANumber);
+        }
         let (opening, speed) = match GripperMode::try_from(command.mode) {
             Ok(GripperMode::Position) if (0.0..=1.0).contains(&value) => {
                 ((1.0 - value) * widest, FINGER_SPEED)
@@ -375,12 +355,9 @@ impl Controller {
                 };
                 (goal, speed)
             }
-            Ok(GripperMode::Force) => {
-                return Err(Refused::NoForceMode);
-            }
-            _ => {
-                return Err(Refused::FingerValue);
-            }
+            Ok(GripperMode::Force) => return Err(Refused::NoForceMode),
+            Ok(GripperMode::Unspecified) | Err(_) => return Err(Refused::NoGripperMode),
+            Ok(_) => return Err(Refused::FingerValue),
         };
         let sent = self.servo.aim(opening, speed);
         sent.map_err(Refused::Failed)

@@ -8,8 +8,12 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use crate::kortex::degrees;
+use crate::kortex::messages::common::CartesianReferenceFrame;
 use crate::kortex::messages::config::KinematicLimits;
-use crate::kortex::messages::motion::{JointAngle, Pose as WirePose};
+use crate::kortex::messages::motion::{
+    CartesianConstraint, CartesianTrajectoryConstraint, JointAngle, JointTrajectoryConstraint,
+    JointTrajectoryConstraintType, Pose as WirePose,
+};
 use crate::kortex::messages::trajectory::{
     AngularWaypoint, CartesianWaypoint, TrajectoryErrorElement, WaypointKind, WaypointList,
 };
@@ -202,18 +206,15 @@ impl Planner<'_> {
         let limits = self.limits();
         let corners = [self.from.to_vec(), goal];
         let trajectory = Trajectory::through_corners(&corners, &limits, 0.0, &|_, _| true)?;
-        let slower = match pace {
-            Pace::Duration(seconds) => seconds / trajectory.duration().max(1e-3),
+        match pace {
+            Pace::Duration(seconds) => lasting(trajectory, seconds),
             Pace::JointSpeed(speed) => {
                 let most = Limits { velocity: vec![speed; self.from.len()], ..limits };
-                trajectory.worst(&most, 0.01).0
+                let slower = trajectory.worst(&most, 0.01).0;
+                Ok(trajectory.slowed(slower.max(1.0)))
             }
-            Pace::Speed(..) | Pace::Any => 1.0,
-        };
-        if slower < 0.999 && matches!(pace, Pace::Duration(_)) {
-            return Err(Unplanned::TooSoon(trajectory.duration()));
+            Pace::Speed(..) | Pace::Any => Ok(trajectory),
         }
-        Ok(trajectory.slowed(slower.max(1.0)))
     }
 
     /// Goes along a line to a pose of the tool in the base.
@@ -223,12 +224,9 @@ impl Planner<'_> {
         let points = cartesian::line(self.robot, self.from, &flange)?;
         let trajectory = Trajectory::through_points(&points, &self.limits())?;
         let (linear, angular) = self.fastest(&trajectory);
-        let slower = match pace {
-            Pace::Duration(seconds) => seconds / trajectory.duration().max(1e-3),
-            Pace::Speed(v, w) => (linear / v).max(angular / w),
-            Pace::JointSpeed(_) | Pace::Any => 1.0,
-        };
-        Ok(trajectory.slowed(slower.max(1.0)))
+        let (v, w) = if let Pace::Speed(v, w) = pace { (v, w) } else { tool_speeds(self.soft) };
+        let soonest = trajectory.slowed((linear / v).max(angular / w).max(1.0));
+        if let Pace::Duration(seconds) = pace { lasting(soonest, seconds) } else { Ok(soonest) }
     }
 
     /// Returns the highest speeds of the tool, m/s and rad/s.
@@ -272,20 +270,44 @@ impl Planner<'_> {
     }
 }
 
+/// Slows a trajectory down until it takes so many seconds.
+fn lasting(soonest: Trajectory, seconds: f64) -> Result<Trajectory, Unplanned> {
+    let slower = seconds / soonest.duration().max(1e-3);
+    if slower < 0.999 {
+        return Err(Unplanned::TooSoon(soonest.duration()));
+    }
+    Ok(soonest.slowed(slower.max(1.0)))
+}
+
+/// Returns the limits of the tool's speed, m/s and rad/s.
+pub(super) fn tool_speeds(limits: &KinematicLimits) -> (f64, f64) {
+    (f64::from(limits.twist_linear), f64::from(limits.twist_angular).to_radians())
+}
+
 /// Returns a list's angles, deg, joint by joint; those it does not name stay as they are in `angles`.
+pub(super) fn arranged(list: &[JointAngle], angles: Vec<f32>) -> Result<Vec<f32>, Refused> {
+    let named = list.iter().map(|angle| (angle.joint_identifier, angle.value));
+    placed(&named.collect::<Vec<_>>(), angles)
+}
+
+/// Puts values of joints, by their names, in their places; those of joints that are not named stay.
 ///
 /// A list that names every joint 0, as one does that leaves the names out, is in the arm's order: so the
 /// vendor's sequence and kinematics examples send theirs.
-pub(super) fn arranged(list: &[JointAngle], mut angles: Vec<f32>) -> Result<Vec<f32>, Refused> {
-    if list.len() == angles.len() && list.iter().all(|angle| angle.joint_identifier == 0) {
-        return Ok(list.iter().map(|angle| angle.value).collect());
+pub(super) fn placed(list: &[(u32, f32)], mut values: Vec<f32>) -> Result<Vec<f32>, Refused> {
+    if list.len() == values.len() && list.iter().all(|(joint, _)| *joint == 0) {
+        return Ok(list.iter().map(|(_, value)| *value).collect());
     }
-    let last = angles.len().saturating_sub(1);
-    for angle in list {
-        let entry = angles.get_mut(angle.joint_identifier as usize);
-        *entry.ok_or(Refused::NoJoint { last })? = angle.value;
+    let last = values.len().saturating_sub(1);
+    let mut is_told = vec![false; values.len()];
+    for &(joint, value) in list {
+        let at = joint as usize;
+        *values.get_mut(at).ok_or(Refused::NoJoint { last })? = value;
+        if std::mem::replace(&mut is_told[at], true) {
+            return Err(Refused::JointTwice { joint: at });
+        }
     }
-    Ok(angles)
+    Ok(values)
 }
 
 /// How fast.
@@ -301,12 +323,69 @@ pub(super) enum Pace {
     Speed(f64, f64),
 }
 
+impl Pace {
+    /// Reads how fast joints are to go.
+    pub(super) fn of_joints(
+        constraint: Option<&JointTrajectoryConstraint>,
+    ) -> Result<Self, Refused> {
+        let Some(constraint) = constraint else { return Ok(Self::Any) };
+        let pace = match JointTrajectoryConstraintType::try_from(constraint.r#type) {
+            Ok(JointTrajectoryConstraintType::Duration) => {
+                some(constraint.value, Refused::NegativeDuration)?.map(Self::Duration)
+            }
+            Ok(JointTrajectoryConstraintType::Speed) => {
+                let speed = some(constraint.value, Refused::NegativeSpeed)?;
+                speed.map(|speed| Self::JointSpeed(speed.to_radians()))
+            }
+            _ => None,
+        };
+        Ok(pace.unwrap_or(Self::Any))
+    }
+
+    /// Reads how fast the tool is to go; its speeds are at most `v`, m/s, and `w`, rad/s.
+    pub(super) fn of_tool(
+        constraint: Option<&CartesianTrajectoryConstraint>,
+        (v, w): (f64, f64),
+    ) -> Result<Self, Refused> {
+        Ok(match constraint.and_then(|constraint| constraint.kind.as_ref()) {
+            Some(CartesianConstraint::Duration(seconds)) => {
+                let duration = some(*seconds, Refused::NegativeDuration)?;
+                duration.map_or(Self::Speed(v, w), Self::Duration)
+            }
+            Some(CartesianConstraint::Speed(speed)) => {
+                let linear = some(speed.translation, Refused::NegativeSpeed)?;
+                let angular = some(speed.orientation, Refused::NegativeSpeed)?;
+                let angular = angular.map_or(w, |angular| angular.to_radians().min(w));
+                Self::Speed(linear.map_or(v, |linear| linear.min(v)), angular)
+            }
+            None => Self::Speed(v, w),
+        })
+    }
+}
+
+/// Returns a number of a constraint; 0, as one that is left out is, constrains nothing.
+fn some(value: f32, negative: Refused) -> Result<Option<f64>, Refused> {
+    if !value.is_finite() {
+        return Err(Refused::NotANumber);
+    }
+    if value < 0.0 {
+        return Err(negative);
+    }
+    Ok((value > 0.0).then(|| f64::from(value)))
+}
+
 /// Returns a speed of the wire if it is within its limit, as m/s or rad/s; 0 stands for the limit.
 fn within(speed: f32, limit: f32) -> Option<f64> {
     let is_angle = limit > 10.0;
     let asked = if speed == 0.0 { limit } else { speed };
     let inside = |x: f32| if is_angle { f64::from(x).to_radians() } else { f64::from(x) };
     (asked > 0.0 && asked <= limit * 1.001).then(|| inside(asked))
+}
+
+/// Returns whether a frame is the tool's; mixed and base differ in what is turned about, not in their axes.
+pub(super) fn is_of_tool(frame: i32) -> Result<bool, Refused> {
+    let frame = CartesianReferenceFrame::try_from(frame).map_err(|_| Refused::NoFrame)?;
+    Ok(frame == CartesianReferenceFrame::Tool)
 }
 
 /// Returns a pose of the wire as an isometry: extrinsic X, Y, Z in deg.
