@@ -147,7 +147,7 @@ sub_codes! {
     55 CONTROL_MANUAL_STOP "the motion was stopped by hand or by a stop command" "start it again when it is safe";
     56 CONTROL_OUTSIDE_WORKSPACE "the goal is outside the arm's workspace" "choose a goal nearer to the base";
     57 CONTROL_ACTUATOR_COUNT_MISMATCH "the path has another number of joints than the arm" "use the description of this arm";
-    58 CONTROL_INVALID_DURATION "a duration of the path is not allowed" "give every waypoint at least 0.01 s";
+    58 CONTROL_INVALID_DURATION "a duration of the path is not allowed" "give every waypoint at least 0.01 s, and every motion the time it takes";
     59 CONTROL_INVALID_SPEED "a speed of the path is not allowed" "slow the motion down";
     60 CONTROL_LARGE_SPEED "a speed of the path is too high" "slow the motion down";
     61 CONTROL_INVALID_ACCELERATION "an acceleration of the path is not allowed" "slow the motion down";
