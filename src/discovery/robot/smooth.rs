@@ -2,13 +2,16 @@
 //!
 //! Whittaker's smoother: the curve that is near the samples and whose third differences are small. It has
 //! no phase, keeps a quadratic exactly, and its strength is chosen so that what it takes away is as
-//! large as the noise and no larger. Where speeds are measured as well, the curve is near those, too, as near as the
-//! two agree: a speed says more of an acceleration than a position does. Sizes leave out the largest errors, for a stamp that
-//! is wrong now and then makes a few much larger than the others.
+//! large as the noise and no larger. Rows of nearly one time are one reading to it, their mean, and lie on the curve.
+//! Where speeds are measured as well, the curve is near those, too, as near as the two agree: a speed says more of an
+//! acceleration than a position does. Sizes leave out the largest errors, for a stamp that is wrong now and then makes a few
+//! much larger than the others.
 //!
 //! Source: Eilers, "A Perfect Smoother", Anal. Chem. 75, 2003.
 
 use super::channels::{Data, Quantity};
+use super::spline::Spline;
+use crate::discovery::recording::usual_step;
 
 /// A joint's motion without its noise.
 pub struct Smooth {
@@ -30,9 +33,73 @@ pub fn smoothed(data: &Data, joint: usize, values: &[f64]) -> Smooth {
     let speeds = data.measured(Quantity::Speed, joint).map(|speeds| {
         let found = data.channels.iter();
         let mut found = found.filter(|c| c.quantity == Quantity::Speed && c.index == joint);
-        Speeds::of(&data.time, (values, noise), (speeds, found.next().map_or(0.0, |c| c.noise)))
+        (speeds, found.next().map_or(0.0, |c| c.noise))
     });
-    joined(&data.time, values, noise, speeds.as_ref())
+    joined(&data.time, values, noise, speeds)
+}
+
+/// Readings over time: a row each, or the mean of rows of nearly one time.
+struct Knots {
+    /// When each was taken, s.
+    time: Vec<f64>,
+    /// Of how many rows it is the mean.
+    rows: Vec<usize>,
+}
+
+/// Rows nearer to each other than this part of a step say little about what is between them: a third difference over them is
+/// mostly their noise.
+const NEAREST: f64 = 0.2;
+
+/// Between rows further apart than so many usual steps the clock paused.
+const PAUSE: f64 = 5.0;
+
+impl Knots {
+    /// Takes rows of nearly one time together.
+    fn of(rows_at: &[f64]) -> Self {
+        let nearest = NEAREST * step(rows_at);
+        let (mut time, mut rows): (Vec<f64>, Vec<usize>) = (Vec::new(), Vec::new());
+        for at in rows_at {
+            if let (Some(mean), Some(n)) = (time.last_mut(), rows.last_mut())
+                && at - *mean < nearest
+            {
+                *n += 1;
+                *mean += (at - *mean) / *n as f64;
+            } else {
+                time.push(*at);
+                rows.push(1);
+            }
+        }
+        Self { time, rows }
+    }
+
+    /// Returns the mean over the rows of each.
+    fn means(&self, values: &[f64]) -> Vec<f64> {
+        let mut rest = values;
+        let mean = |n: &usize| {
+            let (own, later) = rest.split_at(*n);
+            rest = later;
+            own.iter().sum::<f64>() / *n as f64
+        };
+        self.rows.iter().map(mean).collect()
+    }
+
+    /// Returns the curve through their values at the rows.
+    fn at_rows(&self, rows_at: &[f64], values: Vec<f64>) -> Vec<f64> {
+        if values.len() == rows_at.len() {
+            return values;
+        }
+        let curve = Spline::through(&self.time, &values);
+        let mut hint = 0;
+        rows_at.iter().map(|at| curve.at(*at, &mut hint).0).collect()
+    }
+}
+
+/// Returns the mean step of a clock, s, pauses left out: one stamp that is far from all others must not count for many steps.
+fn step(time: &[f64]) -> f64 {
+    let longest = PAUSE * usual_step(time);
+    let pauses = || time.windows(2).map(|t| t[1] - t[0]).filter(|step| *step > longest);
+    let whole = time[time.len() - 1] - time[0];
+    (whole - pauses().sum::<f64>()) / (time.len() - 1 - pauses().count()) as f64
 }
 
 /// What measured speeds say of the way from row to row.
@@ -53,8 +120,7 @@ impl Speeds {
         let apart = |((q, span), v): ((&[f64], &f64), &f64)| (q[1] - q[0]) / span - v;
         let off = typical(q.windows(2).zip(&spans).zip(&between).map(apart));
         // Of that, this much is the noise of two positions.
-        let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-        let own = off.powi(2) - 2.0 * (q_noise / step).powi(2);
+        let own = off.powi(2) - 2.0 * (q_noise / step(time)).powi(2);
         let error = own.max(0.5 * dq_noise.powi(2)).max(0.01 * off.powi(2)).sqrt();
         Self { between, spans, error }
     }
@@ -99,51 +165,69 @@ pub fn whittaker(time: &[f64], values: &[f64], noise: f64) -> Smooth {
     joined(time, values, noise, None)
 }
 
-fn joined(time: &[f64], values: &[f64], noise: f64, speeds: Option<&Speeds>) -> Smooth {
-    if values.len() < 8 || noise <= 0.0 {
-        return Smooth { q: values.to_vec(), speed_error: 0.0, again: values.to_vec() };
+/// Fewer readings are left as they are.
+const LEAST: usize = 8;
+
+/// The same beside measured speeds, rad/s, and their noise.
+fn joined(time: &[f64], values: &[f64], noise: f64, speeds: Option<(&[f64], f64)>) -> Smooth {
+    let as_it_is = || Smooth { q: values.to_vec(), speed_error: 0.0, again: values.to_vec() };
+    if values.len() < LEAST || noise <= 0.0 {
+        return as_it_is();
     }
-    let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    let knots = Knots::of(time);
+    if knots.time.len() < LEAST {
+        return as_it_is();
+    }
+    let read = knots.means(values);
+    let speeds = speeds.map(|(dq, dq_noise)| {
+        Speeds::of(&knots.time, (&read, noise), (&knots.means(dq), dq_noise))
+    });
+    let step = step(&knots.time);
     // What the smoother lets through of white noise, `∫ ω² / (1 + λ (ω h)⁶)² dω`, in closed form.
     let speed_error = |strength: f64| noise / (step * 12_f64.sqrt() * strength.powf(0.25));
     // How far a curve is from the positions and from the speeds.
     let off = |smooth: &[f64]| {
-        let positions = typical(smooth.iter().zip(values).map(|(s, v)| s - v));
-        let speeds = speeds.map_or(0.0, |speeds| {
+        // A mean of rows is as much nearer to the truth.
+        let apart = smooth.iter().zip(&read).zip(&knots.rows);
+        let positions = typical(apart.map(|((s, v), rows)| (s - v) * (*rows as f64).sqrt()));
+        let speeds = speeds.as_ref().map_or(0.0, |speeds| {
             let steps = smooth.windows(2).zip(&speeds.spans).zip(&speeds.between);
             typical(steps.map(|((q, span), v)| (q[1] - q[0]) / span - v))
         });
         [positions, speeds]
     };
     // How much a speed weighs beside a position.
-    let speeds = speeds.filter(|speeds| speeds.error > 0.0);
+    let speeds = speeds.as_ref().filter(|speeds| speeds.error > 0.0);
     let pull = speeds.map(|speeds| (speeds, (noise / speeds.error).powi(2)));
     // The change grows with the strength; half-decades are fine enough, since the result hardly moves
     // within one. Beyond 10^6.5 the equations lose more digits than the smoothing wins.
-    let third = third_differences(time);
-    let mut best = penalised(&third, values, WEAKEST, pull);
+    let third = third_differences(&knots.time);
+    let smoothest =
+        |of: &[f64], strength: f64, pull| penalised(&third, (of, &knots.rows), strength, pull);
+    let mut best = smoothest(&read, WEAKEST, pull);
     let weakest = off(&best);
     let most = [
         noise.max(FURTHER[0] * weakest[0]),
         speeds.map_or(0.0, |speeds| speeds.error).max(FURTHER[1] * weakest[1]),
     ];
-    let mut strongest = (weakest[0] <= noise || pull.is_some()).then_some(WEAKEST);
-    if strongest.is_none() {
+    let is_within = weakest[0] <= noise || pull.is_some();
+    if !is_within {
         // What is rougher than its noise between neighbours is meant.
-        best = values.to_vec();
+        return Smooth { speed_error: speed_error(WEAKEST), ..as_it_is() };
     }
+    let mut strongest = WEAKEST;
     for half_decade in 1..16 {
         let strength = WEAKEST * 10_f64.powf(f64::from(half_decade) * 0.5);
-        let smooth = penalised(&third, values, strength, pull);
-        if strongest.is_none() || off(&smooth).iter().zip(&most).any(|(off, most)| off > most) {
+        let smooth = smoothest(&read, strength, pull);
+        if off(&smooth).iter().zip(&most).any(|(off, most)| off > most) {
             break;
         }
-        (best, strongest) = (smooth, Some(strength));
+        (best, strongest) = (smooth, strength);
     }
-    let again = strongest.map_or_else(|| best.clone(), |by| penalised(&third, &best, by, None));
+    let again = smoothest(&best, strongest, None);
     // Beside measured speeds it is less than that.
-    let speed_error = speed_error(strongest.unwrap_or(WEAKEST));
-    Smooth { q: best, speed_error, again }
+    let speed_error = speed_error(strongest);
+    Smooth { q: knots.at_rows(time, best), speed_error, again: knots.at_rows(time, again) }
 }
 
 /// The weakest smoothing that is one.
@@ -157,37 +241,32 @@ const FURTHER: [f64; 2] = [1.1, 1.5];
 const BAND: usize = 3;
 
 /// Returns the coefficients of the third divided difference at every four samples, -1, 3, -3, 1 where they
-/// are even.
+/// are even: of a parabola it is none, however uneven they are.
 fn third_differences(time: &[f64]) -> Vec<[f64; BAND + 1]> {
-    let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    let step = step(time);
     time.windows(BAND + 1)
         .map(|t| {
             std::array::from_fn(|i| {
                 let others = (0..=BAND).filter(|j| *j != i);
-                // Two rows at nearly one time say little about what is between them.
-                let apart = |j: usize| {
-                    let apart = (t[i] - t[j]) / step;
-                    apart.abs().max(0.2).copysign(apart)
-                };
-                6.0 / others.map(apart).product::<f64>()
+                6.0 / others.map(|j| (t[i] - t[j]) / step).product::<f64>()
             })
         })
         .collect()
 }
 
-/// Solves `(I + λ D₃ᵀ D₃) z = y`, a system of seven diagonals, by Cholesky's method; with speeds `v` of weight `w` it is
-/// `(I + w D₁ᵀ D₁ + λ D₃ᵀ D₃) z = y + w D₁ᵀ v`.
+/// Solves `(N + λ D₃ᵀ D₃) z = N y`, a system of seven diagonals, by Cholesky's method, where `N` says of how many rows each of
+/// `y` is the mean; with speeds `v` of weight `w` it is `(N + w D₁ᵀ D₁ + λ D₃ᵀ D₃) z = N y + w D₁ᵀ v`.
 fn penalised(
     third: &[[f64; BAND + 1]],
-    y: &[f64],
+    (y, rows): (&[f64], &[usize]),
     strength: f64,
     speeds: Option<(&Speeds, f64)>,
 ) -> Vec<f64> {
     let n = y.len();
     // Lower band: a[i][k] is entry (i, i - k).
     let mut a = vec![[0.0; BAND + 1]; n];
-    for row in &mut a {
-        row[0] = 1.0;
+    for (diagonal, rows) in a.iter_mut().zip(rows) {
+        diagonal[0] = *rows as f64;
     }
     for (start, third) in third.iter().enumerate() {
         for i in 0..=BAND {
@@ -216,7 +295,7 @@ fn penalised(
             a[i][k] = if k == 0 { sum.max(1e-300).sqrt() } else { sum / a[j][0] };
         }
     }
-    let mut z = y.to_vec();
+    let mut z: Vec<f64> = y.iter().zip(rows).map(|(y, rows)| y * *rows as f64).collect();
     if let Some((speeds, weight)) = speeds {
         for (i, (v, span)) in speeds.between.iter().zip(&speeds.spans).enumerate() {
             z[i] -= weight * v / span;
@@ -248,7 +327,7 @@ mod tests {
     fn a_parabola_is_kept_and_a_zigzag_is_taken_away() {
         let parabola: Vec<f64> = (0..200).map(|i| (f64::from(i) * 0.01).powi(2)).collect();
         let time: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
-        let smooth = penalised(&third_differences(&time), &parabola, 1e4, None);
+        let smooth = penalised(&third_differences(&time), (&parabola, &[1; 200]), 1e4, None);
         assert!(smooth.iter().zip(&parabola).all(|(s, p)| (s - p).abs() < 1e-7));
         let rough: Vec<f64> = parabola
             .iter()
@@ -295,9 +374,8 @@ mod tests {
             });
             (errors.sum::<f64>() / 1900.0).sqrt()
         };
-        let speeds = Speeds::of(&time, (&q, 3e-5), (&dq, 3e-4));
         let (alone, both) =
-            (whittaker(&time, &q, 3e-5).q, joined(&time, &q, 3e-5, Some(&speeds)).q);
+            (whittaker(&time, &q, 3e-5).q, joined(&time, &q, 3e-5, Some((&dq[..], 3e-4))).q);
         assert!(off(&both) < 0.05, "{}", off(&both));
         assert!(off(&both) < off(&alone), "{} {}", off(&both), off(&alone));
     }
@@ -307,8 +385,65 @@ mod tests {
         let time: Vec<f64> =
             (0..200).map(|i| f64::from(i) * 0.01 + 0.004 * f64::from(i * i % 5) / 5.0).collect();
         let parabola: Vec<f64> = time.iter().map(|t| t * t).collect();
-        let smooth = penalised(&third_differences(&time), &parabola, 1e4, None);
+        let smooth = penalised(&third_differences(&time), (&parabola, &[1; 200]), 1e4, None);
         assert!(smooth.iter().zip(&parabola).all(|(s, p)| (s - p).abs() < 1e-7));
+    }
+
+    /// The distance of each pair was held to a fifth of a step by itself: over a row that came 2 ms after another a third
+    /// difference then had the position in it, and a whole log was pulled to 0.
+    #[test]
+    fn of_a_parabola_there_is_no_third_difference_whatever_the_steps() {
+        for gaps in [[10.0, 2.0, 8.0], [10.0, 10.0, 2.0], [2.0, 2.0, 2.0], [10.0, 1e-3, 9.0]] {
+            let steps = [&[10.5; 30][..], &gaps, &[10.5; 30]].concat();
+            let sum = |at: &mut f64, step: &f64| {
+                *at += step;
+                Some(*at)
+            };
+            let rows_at: Vec<f64> = steps.iter().scan(0.0, sum).collect();
+            let time = Knots::of(&rows_at).time;
+            let last = time[time.len() - 1];
+            for power in 0..=2 {
+                let y: Vec<f64> = time.iter().map(|t| (t / last).powi(power)).collect();
+                for (c, y) in third_differences(&time).iter().zip(y.windows(BAND + 1)) {
+                    let third: f64 = c.iter().zip(y).map(|(c, y)| c * y).sum();
+                    assert!(third.abs() < 1e-12, "{gaps:?}, {power}: {third}");
+                }
+            }
+        }
+    }
+
+    /// Rows that nearly repeat a time, and a stamp that is far away, are felt by nobody but themselves.
+    #[test]
+    fn one_stamp_spoils_nothing() {
+        let even: Vec<f64> = (0..600).map(|i| f64::from(i) * 0.0105).collect();
+        let with = |more: &[f64]| {
+            let mut time = [&even[..], more].concat();
+            time.sort_by(f64::total_cmp);
+            time
+        };
+        let moved: Vec<f64> = even
+            .iter()
+            .map(|t| if (t - even[300]).abs() < 1e-9 { even[299] + 0.002 } else { *t })
+            .collect();
+        let worst = |time: &[f64]| {
+            let read: Vec<f64> = time.iter().map(|t| (2.0 * t).sin()).collect();
+            let rounded: Vec<f64> = read.iter().map(|q| (q * 1e4).round() * 1e-4).collect();
+            let smooth = whittaker(time, &rounded, 1e-4 / 12_f64.sqrt()).q;
+            assert_eq!(smooth.len(), read.len());
+            let off = smooth.iter().zip(&read).map(|(s, q)| (s - q).abs());
+            off.skip(10).take(580).fold(0.0, f64::max)
+        };
+        let (near, bursts) = (even[300], [1e-6, 1e-3, 2e-3].map(|late| even[400] + late));
+        for time in [
+            even.clone(),
+            moved,
+            with(&[near + 2e-3]),
+            with(&[near + 1e-6]),
+            with(&bursts),
+            with(&[1e6]),
+        ] {
+            assert!(worst(&time) < 1e-4, "{}", worst(&time));
+        }
     }
 
     #[test]
