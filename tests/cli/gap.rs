@@ -236,6 +236,28 @@ fn a_recording_that_ends_before_the_gripper_is_told_the_tip_that_would_do() {
     assert!(!error.contains("q_3"), "{error}");
 }
 
+/// `gen3_2f85` alone was one of the stdlib's robots; `panda` was a file that is not found.
+#[test]
+fn a_sidecar_names_a_robot_of_the_stdlib() {
+    let scratch = Scratch::new("cli-gap-stdlib");
+    let columns: Vec<String> = (1..=9).map(|n| format!(",q_{n}[rad],tau_{n}[N*m]")).collect();
+    let rows = (0..20).fold(String::new(), |all, k| format!("{all}{k}{}\n", ",0".repeat(18)));
+    scratch.file("nine.csv", format!("t[s]{}\n{rows}", columns.concat()));
+    // None of them has nine joints, and that is what is wrong.
+    for robot in ["gen3", "gen3_2f85", "panda", "ur5e_2f85"] {
+        scratch.file("nine.json", format!(r#"{{"robot": "{robot}"}}"#));
+        let said = scratch.trueup(&["gap", "nine.csv", "--json"]);
+        assert_eq!(said.error("code"), "gap::recording", "{robot}: {}", said.out);
+        assert!(said.error("message").contains("9 columns"), "{robot}: {}", said.out);
+    }
+    let said = scratch.trueup(&["gap", "nine.csv", "--robot-file", "panda", "--json"]);
+    assert!(said.error("message").contains("9 columns"), "{}", said.out);
+    scratch.file("nine.json", r#"{"robot": "pandar"}"#);
+    let said = scratch.trueup(&["gap", "nine.csv", "--json"]);
+    assert_eq!(said.error("code"), "gap::robot", "{}", said.out);
+    assert!(said.error("help").contains("gen3_2f85, panda, ur5e_2f85"), "{}", said.out);
+}
+
 /// It was told that there is no such robot, after a note that the option does nothing, and to name it otherwise last.
 #[test]
 fn a_robots_file_under_the_wrong_option_is_told_under_which_once() {

@@ -10,7 +10,7 @@ use crate::language::Source;
 use crate::motion::Robot;
 use crate::report::{self, Failure, Style};
 use crate::workcell::archive;
-use crate::workcell::{self, Run, Stdlib, carried, poured, record};
+use crate::workcell::{self, RobotError, Run, Stdlib, carried, poured, record};
 use crate::world::Scene;
 
 use super::super::cell::{of_run, stdlib};
@@ -281,34 +281,41 @@ pub(super) fn robot_of(
     args: &GapArgs,
     recordings: &[Recording],
     own: Option<&Own>,
+    cli: &Shared,
 ) -> Result<(Robot, Option<PathBuf>), Failure> {
     let sidecar = &recordings[0].sidecar;
     let tip = sidecar.tip.as_deref();
+    let refused = |error: String| Failure::input("gap::robot", error);
     let from_file = |path: &Path| {
-        let robot = Robot::from_file(path, tip).map_err(|error| {
-            Failure::input("gap::robot", error.to_string()).at(path.display().to_string())
-        })?;
+        let robot = Robot::from_file(path, tip)
+            .map_err(|error| refused(error.to_string()).at(path.display().to_string()))?;
         Ok((robot, Some(path.to_path_buf())))
     };
+    let library = stdlib(cli)?;
+    // The robot of the stdlib that is called so, or the names there are.
+    let of_stdlib = |name: &str| match library.robot_to(name, tip) {
+        Ok(robot) => Ok(Ok((robot, None))),
+        Err(RobotError::None { known, .. }) => Ok(Err(known)),
+        Err(error @ RobotError::Text { .. }) => Err(refused(error.to_string())),
+    };
     if let Some(path) = &args.robot_file {
-        return from_file(path);
+        return match of_stdlib(&path.display().to_string())? {
+            Ok(found) if !path.exists() => Ok(found),
+            _ => from_file(path),
+        };
     }
-    let stdlib = |tip: Option<&str>| match tip {
-        None => Ok((Robot::gen3(), None)),
-        Some(tip) => Robot::gen3_to(tip)
-            .map(|robot| (robot, None))
-            .map_err(|error| Failure::input("gap::robot", error.to_string())),
-    };
-    let Some(name) = &sidecar.robot else {
-        let Some(Own { stdlib: known, name }) = own else { return stdlib(tip) };
-        let robot = known.robot_to(name, tip);
-        return robot
-            .map(|robot| (robot, None))
-            .map_err(|error| Failure::input("gap::robot", error.to_string()));
-    };
-    if matches!(name.as_str(), "gen3_2f85" | "gen3") {
-        return stdlib(tip);
+    if let (None, Some(Own { stdlib: known, name })) = (&sidecar.robot, own) {
+        let robot = known.robot_to(name, tip).map_err(|error| refused(error.to_string()))?;
+        return Ok((robot, None));
     }
+    let name = match sidecar.robot.as_deref() {
+        None | Some("gen3") => "gen3_2f85",
+        Some(name) => name,
+    };
+    let known = match of_stdlib(name)? {
+        Ok(found) => return Ok(found),
+        Err(known) => known,
+    };
     let first = &args.recordings[0];
     // The sidecar of a bag lies beside its folder.
     let within = first.is_dir().then_some(first.as_path());
@@ -319,7 +326,11 @@ pub(super) fn robot_of(
             return from_file(&path);
         }
     }
-    Err(Failure::input("gap::robot", format!("the recording's robot `{name}` is not found"))
+    let help = format!(
+        "put the URDF beside the recording, or name its folder with `--robot-dir`; the stdlib has {}",
+        known.join(", ")
+    );
+    Err(refused(format!("the recording's robot `{name}` is not found"))
         .at(first.display().to_string())
-        .help("put the URDF beside the recording, or name its folder with `--robot-dir`"))
+        .help(help))
 }

@@ -47,7 +47,7 @@ pub(super) struct GapArgs {
     /// The model to correct: a `.task` file with a `twin` or a `model`.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
-    /// The robot the recordings are of, instead of the one their sidecar names.
+    /// The robot the recordings are of, a URDF or one of the stdlib (`panda`), instead of the one their sidecar names.
     #[arg(long, value_name = "URDF")]
     robot_file: Option<PathBuf>,
     /// Where to look for the URDF a sidecar names, after the recording's own folder.
@@ -119,7 +119,7 @@ pub(super) fn gap(args: &GapArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
     let subject = match (&scene, kind) {
         (Some(scene), Kind::Pours) => Subject::Pours(scene, known),
         (scene, _) => {
-            let found = robot_of(args, &recordings, own.as_ref())?;
+            let found = robot_of(args, &recordings, own.as_ref(), cli)?;
             (robot, robot_at) = found;
             let joints: Vec<String> =
                 robot.joints().iter().map(|joint| joint.name.clone()).collect();
@@ -441,7 +441,7 @@ fn of_another_arm(fewer: &FewerJoints<'_>) -> Failure {
         Robot::gen3().n_joints(),
     );
     let help = format!(
-        "name the arm's file with `--robot-file URDF`; if `{name}` is there under another name, `--map 'THEIRS={name}'` renames it"
+        "name the arm's file, or one of the stdlib's robots, with `--robot-file`; if `{name}` is there under another name, `--map 'THEIRS={name}'` renames it"
     );
     Failure::input("gap::robot", message).at(fewer.recording.name.as_str()).help(help)
 }
