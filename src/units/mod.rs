@@ -77,7 +77,7 @@ pub enum Error {
     },
 }
 
-/// Reads a table's column header `name[unit]`, or a bare `name`.
+/// Reads a table's column header `name[unit]`, the unit as loggers spell it, or a bare `name`.
 ///
 /// # Errors
 ///
@@ -93,7 +93,7 @@ pub fn parse_column(header: &str) -> Result<Column, Error> {
     if name.is_empty() || name.contains(']') {
         return Err(bad());
     }
-    Ok(Column { name: name.into(), unit: unit.map(Unit::parse).transpose()? })
+    Ok(Column { name: name.into(), unit: unit.map(Unit::logged).transpose()? })
 }
 
 impl Quantity {
@@ -216,6 +216,42 @@ mod tests {
         }
         assert_eq!(Unit::parse("cm^3").unwrap().dimension, Unit::parse("mL").unwrap().dimension);
         assert!((Unit::parse("cm^3").unwrap().factor - 1e-6).abs() < 1e-18);
+    }
+
+    #[test]
+    fn a_header_may_spell_a_unit_as_loggers_do() {
+        let cases = [
+            ("mNm", "mN*m"),
+            ("Nm", "N*m"),
+            ("N.m", "N*m"),
+            ("N m", "N*m"),
+            ("N-m", "N*m"),
+            ("N⋅m", "N*m"),
+            ("mN.m", "mN*m"),
+            ("Nm/rad", "N*m/rad"),
+            ("rad/mNm", "rad/(mN*m)"),
+            ("degrees", "deg"),
+            ("deg/s", "deg/s"),
+            ("degrees/sec", "deg/s"),
+            ("radians/second", "rad/s"),
+            ("rad.s^-1", "rad/s"),
+            ("RPM", "rpm"),
+            ("µs", "us"),
+            ("amps", "A"),
+        ];
+        for (logged, unit) in cases {
+            let (found, expected) = (Unit::logged(logged).unwrap(), Unit::parse(unit).unwrap());
+            assert_eq!(found.dimension, expected.dimension, "{logged}");
+            assert!((found.factor / expected.factor - 1.0).abs() < 1e-12, "{logged}");
+            assert_eq!(parse_column(&format!("a[{logged}]")).unwrap().unit, Some(found));
+        }
+        // Programs are written in the units of the language.
+        assert!(Unit::parse("degrees").is_err());
+        let error = Unit::logged("furlongs.m").unwrap_err();
+        assert_eq!(error, Error::UnknownUnit { text: "furlongs.m".into() });
+        for text in ["", ".", "-", "..", "mNm^2", "é", "µ"] {
+            let _ = Unit::logged(text);
+        }
     }
 
     #[test]

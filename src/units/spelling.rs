@@ -86,6 +86,43 @@ const MEANT: &[(&str, &str)] = &[
     ("mms", "mm"),
 ];
 
+/// What loggers write in the headers of tables, and what it is in the language. Accepted there, as words of a product.
+const LOGGED: &[(&str, &str)] = &[
+    ("mNm", "(mN*m)"),
+    ("meter", "m"),
+    ("meters", "m"),
+    ("metre", "m"),
+    ("metres", "m"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("degs", "deg"),
+    ("radian", "rad"),
+    ("radians", "rad"),
+    ("rads", "rad"),
+    ("RPM", "rpm"),
+    ("sec", "s"),
+    ("secs", "s"),
+    ("second", "s"),
+    ("seconds", "s"),
+    ("msec", "ms"),
+    ("millisecond", "ms"),
+    ("milliseconds", "ms"),
+    ("usec", "us"),
+    ("µs", "us"),
+    ("μs", "us"),
+    ("microsecond", "us"),
+    ("microseconds", "us"),
+    ("nsec", "ns"),
+    ("nanosecond", "ns"),
+    ("nanoseconds", "ns"),
+    ("Newton", "N"),
+    ("newton", "N"),
+    ("amp", "A"),
+    ("amps", "A"),
+    ("Amp", "A"),
+    ("Amps", "A"),
+];
+
 /// Units of other systems, and what one of each is in a unit of the language. Not accepted, only converted in what is suggested.
 ///
 /// Source: BIPM, *The International System of Units*, 9th edition, for prefixes; NIST SP 811, 2008, appendix B, for the others.
@@ -161,10 +198,41 @@ impl Unit {
         if rest.is_empty() { Ok(unit) } else { Err(unknown()) }
     }
 
+    /// Reads a unit of a table's header: as [`Self::parse`], or as loggers spell it, `mNm`, `N.m`, `N-m`, `degrees/sec`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::parse`], with the text as written.
+    pub fn logged(text: &str) -> Result<Self, Error> {
+        Self::parse(text).or_else(|error| Self::parse(&in_the_language(text)).map_err(|_| error))
+    }
+
     /// Returns `value` of this unit as a quantity in SI.
     pub fn of(self, value: f64) -> Quantity {
         Quantity { value: value * self.factor, dimension: self.dimension }
     }
+}
+
+/// Returns a unit as loggers spell it in the language's words and signs.
+fn in_the_language(text: &str) -> String {
+    let mut found = String::new();
+    let mut rest = text.trim();
+    while let Some(first) = rest.chars().next() {
+        let end = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
+        let (word, after) = rest.split_at(end.max(first.len_utf8()));
+        let joins = found.ends_with(char::is_alphabetic) && after.starts_with(char::is_alphabetic);
+        found.push_str(match word {
+            "." | "⋅" | "×" => "*",
+            // Before a digit it is the sign of a power.
+            "-" if joins => "*",
+            _ => LOGGED
+                .iter()
+                .find(|(spelling, _)| *spelling == word)
+                .map_or(word, |(_, unit)| *unit),
+        });
+        rest = after;
+    }
+    found
 }
 
 /// `factor (("*" | "/") factor)*`, left to right as in mathematics.

@@ -156,7 +156,7 @@ fn is_words(row: &csv::StringRecord) -> bool {
 /// that is none, or another.
 fn take_units(columns: &mut [units::Column], row: &csv::StringRecord) -> Result<(), String> {
     for (column, cell) in columns.iter_mut().zip(row).filter(|(_, cell)| !cell.is_empty()) {
-        let read = Unit::parse(cell.trim_matches(['[', ']'])).ok();
+        let read = Unit::logged(cell.trim_matches(['[', ']'])).ok();
         column.unit = read.filter(|unit| column.unit.is_none_or(|own| own == *unit));
         if column.unit.is_none() {
             return Err(cell.to_owned());
