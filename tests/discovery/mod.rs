@@ -13,6 +13,7 @@ pub(crate) mod poses;
 mod pour;
 mod recordings;
 mod secrecy;
+mod tables;
 mod thick;
 mod unread;
 

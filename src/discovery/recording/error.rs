@@ -117,6 +117,9 @@ pub enum Flaw {
     /// A row has the first number of cells, the header the second.
     #[error("the row has {0} cells, the header {1}")]
     Ragged(usize, usize),
+    /// Where cells are parted by spaces a row has the first number of them, the header the second.
+    #[error("cells are parted by spaces; the row has {0}, the header {1}")]
+    PartedBySpaces(usize, usize),
     /// A second header line has this cell, which is no unit that its column could have.
     #[error("a second header line, of which `{0}` is not a unit for its column")]
     SecondHeader(String),
@@ -347,6 +350,10 @@ impl Flaw {
             }
             Self::Ragged(..) => {
                 "every row must have a cell per column; was the file cut off while being written?"
+            }
+            Self::PartedBySpaces(..) => {
+                "every row must have a cell per column, none of them blank and none with a space in it; \
+                 or part cells by commas"
             }
             Self::SecondHeader(cell) => {
                 let meant = units::suggest_unit(cell);

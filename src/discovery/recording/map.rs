@@ -1,7 +1,8 @@
-//! `--map THEIRS=OURS,…`: what a column is to be called, and the unit its header lacks.
+//! `--map THEIRS=OURS,…`: what a column is to be called, or all columns of an array, and the unit their headers lack.
 
 use crate::units::{self, Unit};
 
+use super::arrays::Element;
 use super::{Error, Flaw, MapFlaw};
 
 /// One renamed column.
@@ -59,6 +60,29 @@ impl Map {
         }
     }
 
+    /// The same for an element of an array, `unit` that of its header: `q[0]=q_1` renames it by itself, `tau_J=tau` with all others.
+    /// Its number from 1 stands behind its name, else the index as written.
+    pub(super) fn of_element(
+        &self,
+        header: &str,
+        (element, number): (&Element<'_>, Option<usize>),
+        unit: Option<Unit>,
+    ) -> units::Column {
+        let of = |stem: &str| match number {
+            Some(number) => format!("{stem}_{number}"),
+            None => format!("{stem}[{}]", element.index),
+        };
+        let (header, name) = (header.trim(), element.name());
+        let own = self.entries.iter().find(|e| e.theirs == header || e.theirs == name);
+        if let Some(entry) = own {
+            return units::Column { name: entry.ours.clone(), unit: entry.unit.or(unit) };
+        }
+        match self.entries.iter().find(|e| e.theirs == element.stem) {
+            Some(entry) => units::Column { name: of(&entry.ours), unit: entry.unit.or(unit) },
+            None => units::Column { name: of(element.stem), unit },
+        }
+    }
+
     /// Returns whether a header is renamed.
     pub(in crate::discovery) fn knows(&self, header: &str) -> bool {
         self.entries.iter().any(|entry| entry.theirs == header.trim())
@@ -67,9 +91,13 @@ impl Map {
     /// Returns the first of their names that no header has.
     pub(in crate::discovery) fn unused(&self, headers: &[String]) -> Option<&str> {
         let name = |header: &str| header.split('[').next().unwrap_or_default().trim().to_owned();
+        let is_of = |h: &String, theirs: &str| {
+            let element = || Element::read(h).is_some_and(|element| element.name() == theirs);
+            h.trim() == theirs || name(h) == theirs || element()
+        };
         self.entries
             .iter()
-            .find(|e| !headers.iter().any(|h| h.trim() == e.theirs || name(h) == e.theirs))
+            .find(|e| !headers.iter().any(|h| is_of(h, &e.theirs)))
             .map(|entry| entry.theirs.as_str())
     }
 }

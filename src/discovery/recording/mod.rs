@@ -6,6 +6,7 @@
 //! column nobody asks for may hold anything: its bad cells are told only by [`Recording::column`].
 //! Files are opened by the caller.
 
+mod arrays;
 mod columns;
 mod error;
 #[cfg(feature = "bags")]
@@ -18,6 +19,7 @@ pub mod sidecar;
 mod sheet;
 mod table;
 mod wording;
+mod written;
 
 use std::collections::BTreeSet;
 

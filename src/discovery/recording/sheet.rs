@@ -5,6 +5,8 @@
 
 use std::collections::BTreeSet;
 
+use super::arrays::Arrays;
+use super::written::{Uneven, Written};
 use super::{Error, Flaw, MOST_VALUES, Map, too_much};
 use crate::units::{self, Unit};
 
@@ -38,30 +40,8 @@ impl Sheet {
     }
 }
 
-/// How a table is written.
-struct Written {
-    /// What stands between two cells.
-    delimiter: u8,
-    /// Whether a comma stands where others write a point.
-    has_decimal_commas: bool,
-}
-
-impl Written {
-    /// Semicolons stand between cells where the header has some and no comma. Then commas stand for points where no cell has a
-    /// point: a table with both is read as it stands.
-    fn of(text: &str) -> Self {
-        let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
-        let header = lines.next().unwrap_or_default();
-        if !header.contains(';') || header.contains(',') {
-            return Self { delimiter: b',', has_decimal_commas: false };
-        }
-        let has_decimal_commas = !lines.any(|line| line.contains('.'));
-        Self { delimiter: b';', has_decimal_commas }
-    }
-}
-
 /// Most columns of a table; a robot with every channel has a hundred.
-const MOST_COLUMNS: usize = 200_000;
+pub(super) const MOST_COLUMNS: usize = 200_000;
 
 /// Reads a text and calls `each` with the columns, the line of the file and the cells of every row, so that nobody
 /// need hold what he does not want; arguments and errors are those of [`Sheet::read`].
@@ -73,12 +53,15 @@ pub(super) fn each_row(
     mut each: impl FnMut(&[units::Column], usize, &csv::StringRecord),
 ) -> Result<Vec<units::Column>, Error> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let Written { text, delimiter, has_decimal_commas } = Written::of(text).map_err(|uneven| {
+        let Uneven { line, cells, columns } = uneven;
+        Flaw::PartedBySpaces(cells, columns).at(format!("{name}:{line}"))
+    })?;
     // Counted before any is read: one line may hold them all.
-    let cells = text.bytes().filter(|byte| matches!(byte, b',' | b';' | b'\n')).count();
+    let cells = text.bytes().filter(|byte| *byte == delimiter || *byte == b'\n').count();
     if cells > MOST_VALUES {
         return Err(too_much(name, cells));
     }
-    let Written { delimiter, has_decimal_commas } = Written::of(text);
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(delimiter)
         .has_headers(false)
@@ -127,24 +110,36 @@ fn columns(name: &str, header: &csv::StringRecord, map: &Map) -> Result<Vec<unit
         let flaw = Flaw::NotRenamed { theirs: theirs.to_owned(), headers };
         return Err(flaw.at(format!("{name}:1")));
     }
+    let arrays = Arrays::among(&headers);
     let mut columns: Vec<units::Column> = Vec::with_capacity(headers.len());
     let mut names: BTreeSet<String> = BTreeSet::new();
-    for header in &headers {
-        // A header that the map knows as a whole need not be one of ours.
-        let read = match units::parse_column(header) {
-            Ok(column) => column,
-            Err(_) if map.knows(header) => units::Column { name: header.clone(), unit: None },
-            Err(error) => {
-                return Err(Flaw::Header(error).at(format!("{name}:1, column `{header}`")));
-            }
+    for (at, header) in headers.iter().enumerate() {
+        let wrong = |error| Flaw::Header(error).at(format!("{name}:1, column `{header}`"));
+        let column = if let Some((element, number)) = arrays.element(header) {
+            let unit = element.unit.map(Unit::logged).transpose().map_err(wrong)?;
+            map.of_element(header, (&element, number), unit)
+        } else {
+            // A header that the map knows as a whole need not be one of ours.
+            let read = match units::parse_column(header) {
+                Ok(column) => column,
+                // The index of a table of pandas, or a comma at the end of each line.
+                Err(_) if header.is_empty() => unnamed(at),
+                Err(_) if map.knows(header) => units::Column { name: header.clone(), unit: None },
+                Err(error) => return Err(wrong(error)),
+            };
+            map.apply(header, read).0
         };
-        let (column, _) = map.apply(header, read);
         if !names.insert(column.name.clone()) {
             return Err(Flaw::SameName(column.name).at(format!("{name}:1")));
         }
         columns.push(column);
     }
     Ok(columns)
+}
+
+/// A column that bears no name is called by its place, `at` counted from 0.
+fn unnamed(at: usize) -> units::Column {
+    units::Column { name: format!("column_{}", at + 1), unit: None }
 }
 
 /// Returns whether cells say something and none of them is a number.
