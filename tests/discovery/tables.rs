@@ -1,4 +1,5 @@
-//! Tables as loggers write them: cells parted by spaces or tabs, arrays of columns.
+//! Tables as loggers write them: cells parted by spaces or tabs, arrays of columns, columns without a name or without anything in
+//! them.
 
 use trueup::discovery::recording::{Error, Flaw, Map, Recording};
 use trueup::units::Dimension;
@@ -64,4 +65,25 @@ fn columns_of_arrays_are_numbered_from_one() {
     let text = table("t[s],tau_J[0],tau_J[1]");
     let error = Recording::read("r.csv", &text, None, &map).unwrap_err();
     assert!(matches!(error.flaw(), Some(Flaw::NotRenamed { .. })), "{error:?}");
+}
+
+#[test]
+fn a_column_with_nothing_in_it_is_left_out_with_a_note() {
+    let rows = |last: &str| {
+        let row = |k: i32| format!("{k},{k},{k},{last},,nan,1\n");
+        (0..20).map(row).collect::<String>()
+    };
+    let header = "t[s],q_1[rad],dq_1[rad/s],dq_2[rad/s],mass[kg],,tau_1[N*m]\n";
+    let blank = read(&format!("{header}{}", rows("")), "").unwrap();
+    let left: Vec<&str> = blank.columns.iter().map(|column| column.name.as_str()).collect();
+    // The speed of one joint by itself is no use.
+    assert_eq!(left, ["q_1", "column_6", "tau_1"]);
+    let note = blank.notes.iter().find(|note| note.contains("left out")).unwrap();
+    assert!(note.contains("`dq_2`") && note.contains("`mass`"), "{note}");
+    let speeds = read(&format!("{header}{}", rows("0")), "").unwrap();
+    assert!(speeds.has("dq_1") && speeds.has("dq_2") && !speeds.has("mass"));
+    // Of torques, of which each says something, one that is blank is a mistake, told where they are asked for.
+    let torques = "t[s],q_1[rad],tau_1[N*m],tau_2[N*m]\n0,1,2,\n1,2,3,\n2,3,4,\n";
+    let torques = read(torques, "").unwrap();
+    assert!(torques.group("tau", 2, Dimension::TORQUE).unwrap_err().what.contains("an empty cell"));
 }

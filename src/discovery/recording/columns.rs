@@ -50,14 +50,23 @@ const BLANKS: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "-"];
 const LEAST_NUMBERS: usize = 10;
 
 impl Column {
-    /// Returns whether every cell is a number or blank, as far as the cells are kept, and there are enough numbers.
-    pub(super) fn has_numbers_or_blanks(&self) -> bool {
-        let is_blank = |cell: &BadCell| {
+    /// Returns whether nothing is written in any of its cells, as far as they are kept.
+    pub(super) fn is_blank(&self) -> bool {
+        !self.values.is_empty() && self.n_bad == self.values.len() && self.has_only_blanks()
+    }
+
+    /// Returns whether the cells that are no numbers are blank, as far as they are kept.
+    fn has_only_blanks(&self) -> bool {
+        self.bad.iter().all(|cell| {
             let text = cell.text.trim();
             BLANKS.iter().any(|blank| text.eq_ignore_ascii_case(blank))
-        };
+        })
+    }
+
+    /// Returns whether every cell is a number or blank, as far as the cells are kept, and there are enough numbers.
+    pub(super) fn has_numbers_or_blanks(&self) -> bool {
         let numbers = self.values.iter().filter(|value| value.is_finite()).count();
-        numbers >= LEAST_NUMBERS && self.bad.iter().all(is_blank)
+        numbers >= LEAST_NUMBERS && self.has_only_blanks()
     }
 }
 

@@ -1,5 +1,6 @@
 //! A table of text → columns in SI, a recording for each run.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::units::{Dimension, Unit};
@@ -19,6 +20,7 @@ pub(super) fn read(
     map: &Map,
 ) -> Result<Vec<Recording>, Error> {
     let (mut columns, lines) = columns(name, text, map)?;
+    let blank = leave_out_blank(&mut columns);
     let has = |stem: &str| columns.iter().any(|column| column.name == stem);
     let is_poses = !has("t") && has("q_1") && (has("tcp_x") || has("tau_1"));
     if is_poses {
@@ -47,6 +49,9 @@ pub(super) fn read(
         recordings.push(one(&name, time, cut, lines, sidecar)?);
     }
     let mut notes = Vec::new();
+    if !blank.is_empty() {
+        notes.push(wording::blank(name, &blank));
+    }
     if is_poses {
         notes.push(wording::rows_are_poses(name));
     } else if time.unit.is_none() {
@@ -97,6 +102,37 @@ fn columns(name: &str, text: &str, map: &Map) -> Result<(Vec<Column>, Vec<usize>
         Column { name: column.name, unit: column.unit, values, bad, n_bad }
     });
     Ok((columns.collect(), lines))
+}
+
+/// Leaves out what an arm's recording has columns for and does not say: columns without a number, if all of their kind are (`q_1`
+/// and `q_2`, `tcp_x` and `tcp_y`), and all speeds, which a motion can do without, if one is. Returns their names.
+fn leave_out_blank(columns: &mut Vec<Column>) -> Vec<String> {
+    let mut kinds: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+    for column in columns.iter() {
+        let (all, blank) = kinds.entry(kind(&column.name)).or_default();
+        *all += 1;
+        *blank += usize::from(column.is_blank());
+    }
+    let is_left_out = |column: &Column| {
+        let kind = kind(&column.name);
+        let (all, blank) = kinds.get(kind).copied().unwrap_or_default();
+        let is_known = meaning(&column.name).is_some() || column.name == "mass";
+        is_known && blank > 0 && (blank == all || kind == "dq")
+    };
+    let left_out: Vec<bool> = columns.iter().map(is_left_out).collect();
+    let (mut left, mut names) = (left_out.iter(), Vec::new());
+    columns.retain(|column| {
+        let is_left_out = left.next().is_some_and(|is_left_out| *is_left_out);
+        names.extend(is_left_out.then(|| column.name.clone()));
+        !is_left_out
+    });
+    names
+}
+
+/// Returns the name that columns of a kind share: `tau` of `tau_4`.
+fn kind(name: &str) -> &str {
+    let is_one = |end: &str| end.parse::<usize>().is_ok() || matches!(end, "x" | "y" | "z");
+    name.rsplit_once('_').filter(|(_, end)| is_one(end)).map_or(name, |(kind, _)| kind)
 }
 
 /// Characters of a cell that are told.

@@ -22,6 +22,20 @@ pub(super) fn several_runs(name: &str, n: usize, least: usize, most: usize) -> S
     )
 }
 
+/// How many columns are named where many are left out.
+const TOLD_COLUMNS: usize = 12;
+
+/// These columns are blank, or others of their kind are.
+pub(super) fn blank(name: &str, columns: &[String]) -> String {
+    let told: Vec<String> = columns.iter().take(TOLD_COLUMNS).map(|c| format!("`{c}`")).collect();
+    let more = columns.len() - told.len();
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let told = told.join(", ");
+    format!(
+        "{name}: left out, since nothing stands in them or in another of their kind: {told}{more}"
+    )
+}
+
 pub(super) fn rows_repeat(name: &str, n: usize) -> String {
     format!("{name}: {n} rows repeat the one before them and are left out")
 }
