@@ -17,6 +17,8 @@ use crate::kitchen;
 struct Hidden {
     /// A spring at joint 2, N·m/rad.
     spring: f64,
+    /// Where it rests, rad.
+    rest: f64,
     /// Joint 4 stands at its encoder plus this, rad.
     zero: f64,
     /// The sensor of joint 4 shows so much more than there is, a part of it.
@@ -73,7 +75,7 @@ fn recording(hidden: Hidden, seed: u64) -> Recording {
             write!(csv, ",{:.6}", dq + 1e-3 * chance()).unwrap();
         }
         for j in 0..7 {
-            let spring = if j == 1 { hidden.spring * q[j] } else { 0.0 };
+            let spring = if j == 1 { hidden.spring * (q[j] - hidden.rest) } else { 0.0 };
             let gain = if j == 3 { 1.0 + hidden.gain } else { 1.0 };
             write!(csv, ",{:.5}", gain * (tau[j] + spring) + 0.08 * chance()).unwrap();
         }
@@ -104,7 +106,9 @@ fn beside_the_load(hidden: Hidden, name: &str, at: &str, number: &str) -> Vec<f6
             .collect()
     };
     let other = named(name, at);
-    assert_eq!(finding.effects.len(), 2, "{:#?}", finding.effects);
+    // A spring that rests elsewhere is a spring and an offset.
+    let n_effects = if hidden.rest.abs() > 0.0 { 3 } else { 2 };
+    assert_eq!(finding.effects.len(), n_effects, "{:#?}", finding.effects);
     let mass = mass(&finding);
     assert!((mass - MASS).abs() < 0.01, "{mass} kg");
     other
@@ -124,6 +128,16 @@ fn a_load_beside_a_spring_is_no_other_links() {
     let hidden = Hidden { spring: 20.0, ..Hidden::default() };
     let found = beside_the_load(hidden, "linear_stiffness", "joint_2", "coefficient");
     assert!((found[0] - 20.0).abs() < 0.2, "{found:?} N·m/rad");
+}
+
+/// A spring whose rest is not at the joint's zero was a loop of hysteresis as wide as one could be.
+#[test]
+fn a_spring_that_rests_elsewhere_is_no_hysteresis() {
+    let hidden = Hidden { spring: 8.0, rest: -0.9, ..Hidden::default() };
+    let found = beside_the_load(hidden, "linear_stiffness", "joint_2", "coefficient");
+    assert!((found[0] - 8.0).abs() < 0.2, "{found:?} N·m/rad");
+    let found = beside_the_load(hidden, "torque_offset", "joint_2", "torque");
+    assert!((found[0] - 7.2).abs() < 0.3, "{found:?} N·m");
 }
 
 #[test]

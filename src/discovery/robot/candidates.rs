@@ -200,7 +200,8 @@ impl<'m> Draft<'m> {
 
     /// Adds laws that are tried at once: the friction of a real joint is dry and fluid at once, and its sensor has an
     /// offset. Where the motion is measured nothing else tells the three from one law that bends, or differs with
-    /// direction.
+    /// direction. And a spring rests where it was mounted, which is rarely where the joint's angle is zero: beside an offset
+    /// its rest is anywhere.
     fn together(&mut self, joints: &[usize]) {
         for &joint in joints {
             for with in [&[Law::Viscous][..], &[Law::Viscous, Law::TorqueOffset]] {
@@ -211,6 +212,12 @@ impl<'m> Draft<'m> {
                     surcharge: 0.0,
                 });
             }
+            self.found.push(Candidate {
+                term: Term { law: Law::Stiffness, joint },
+                with: vec![Term { law: Law::TorqueOffset, joint }],
+                starts: vec![neutral(Law::Stiffness)],
+                surcharge: 0.0,
+            });
         }
     }
 }

@@ -7,7 +7,7 @@ use super::links::Links;
 use super::links::body::NUMBERS;
 use super::load::Thing;
 use super::simulate::{Model, is_in};
-use super::term::{Law, SENSIBLE_GAIN, Term};
+use super::term::{Law, SENSIBLE_GAIN, Term, WITHIN};
 use crate::discovery::selection::{Block, Candidate, Hypothesis, ParameterSpec, Residuals, Set};
 use crate::discovery::vocabulary::{Odds, kind_named};
 
@@ -51,9 +51,6 @@ const NARROW: f64 = 1.05;
 
 /// A sensor that leaves no more than this many times its noise is described: noise is known to a tenth.
 const DESCRIBED: f64 = 1.1;
-
-/// A number nearer to the end of its range than this part of it is at the end.
-const WITHIN: f64 = 0.99;
 
 /// A law of friction is right to this part of it and no better: what it has beyond its special case is more than that.
 const PART: f64 = 0.03;
@@ -328,6 +325,9 @@ impl Residuals for ArmGap {
     }
 
     fn is_sensible(&self, term: &Term, parameters: &[f64]) -> bool {
+        if term.law.has_run_out(parameters) {
+            return false;
+        }
         // A spring that begins where hardly any row is, or a spring over all of them, is something else.
         let q0 = match term.law {
             Law::Above | Law::Below => parameters[1],
@@ -346,18 +346,18 @@ impl Residuals for ArmGap {
                 let mut angles = specs.iter().zip(parameters);
                 return angles.all(|(spec, angle)| angle.abs() < WITHIN * spec.range.1);
             }
-            // At the end of its range, or where the sensor mostly shows more, it only takes the joint's torque away.
+            // Where the sensor mostly shows more, it only takes the joint's torque away.
             Law::Saturation => {
-                let (least, most) = self.specs(term)[0].range;
                 let rows =
                     self.train.iter().map(|m| m.course.data.above(term.joint, parameters[0]));
                 let (above, all) = rows.fold((0, 0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
-                return (least / WITHIN..WITHIN * most).contains(&parameters[0])
-                    && 2 * above <= all;
+                return 2 * above <= all;
             }
-            // One as narrow as may be is none.
-            Law::Hysteresis if self.is_along() => {
-                return parameters[1] > NARROW * self.specs(term)[1].range.0;
+            // One as narrow as may be is none, and one that the joint never turns across is a spring.
+            Law::Hysteresis => {
+                let least = NARROW * self.specs(term)[1].range.0;
+                let travels = self.train.iter().map(|model| model.course.travel(term.joint));
+                return (least..travels.fold(0.0, f64::max)).contains(&parameters[1]);
             }
             Law::LinkMass => {
                 let of_one =

@@ -311,6 +311,13 @@ impl Course {
         steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
 
+    /// Returns how far a joint turns in all, from its lowest angle to its highest, rad.
+    pub fn travel(&self, joint: usize) -> f64 {
+        let angles = self.plant.q.iter().skip(joint).step_by(self.plant.n.max(1));
+        let (low, high) = angles.fold((f64::MAX, f64::MIN), |(l, h), q| (l.min(*q), h.max(*q)));
+        (high - low).max(0.0)
+    }
+
     /// Lays the arm out along a recording.
     pub fn new(arm: &Arm, data: Data) -> Self {
         Self::about(arm, data, None)

@@ -156,11 +156,17 @@ pub const SHIFTS: [[bool; 6]; 5] = [
     [false, false, false, true, true, true],
 ];
 
+/// A number beyond this part of its range is at the end of it: what fits lies beyond.
+pub const WITHIN: f64 = 0.99;
+
 /// A sensor or a drive that says twice or half of what it should is not overlooked.
 pub const SENSIBLE_GAIN: std::ops::Range<f64> = 0.5..2.0;
 
 /// How far a base may be tilted, rad: a little further than one on a wall is.
 const TILTED: (f64, f64) = (-1.65, 1.65);
+
+/// The speed below which dry friction gives way.
+const CREEP: &str = "creep";
 
 /// What has no name.
 const UNKNOWN: &str = "unknown";
@@ -267,7 +273,7 @@ impl Law {
     pub fn specs(self) -> Vec<ParameterSpec> {
         let torque = spec("torque", "N*m", 0.05, UP, Some(0.0));
         // Below this speed dry friction gives way like a thick fluid: a held joint creeps.
-        let creep = spec("creep", "rad/s", 2e-4, (1e-5, 0.05), None);
+        let creep = spec(CREEP, "rad/s", 2e-4, (1e-5, 0.05), None);
         let length = |name| spec(name, "m", 1e-3, ANY, Some(0.0));
         match self {
             Self::Coulomb | Self::SmoothCoulomb => vec![torque, creep],
@@ -357,6 +363,17 @@ impl Law {
                 spec("q0", "rad", 0.01, ANY, None),
             ],
         }
+    }
+
+    /// Returns whether a number of the law's shape is at an end of its range, so that what fits lies beyond it and is something
+    /// else. Friction may give way as sharply or as softly as it likes.
+    pub fn has_run_out(self, parameters: &[f64]) -> bool {
+        let is_at_end = |(spec, value): (&ParameterSpec, &f64)| {
+            let (low, high) = spec.range;
+            let is_shape = spec.neutral.is_none() && spec.name != CREEP && high.is_finite();
+            is_shape && !(low / WITHIN..WITHIN * high).contains(value)
+        };
+        self.specs().iter().zip(parameters).any(is_at_end)
     }
 
     /// Returns whether the law changes the motion or the torques, rather than only what sensors say.
