@@ -19,6 +19,8 @@ struct Hidden {
     spring: f64,
     /// Where it rests, rad.
     rest: f64,
+    /// Whether the torque sensors sit between gear and link.
+    is_link: bool,
     /// Joint 4 stands at its encoder plus this, rad.
     zero: f64,
     /// The sensor of joint 4 shows so much more than there is, a part of it.
@@ -81,7 +83,11 @@ fn recording(hidden: Hidden, seed: u64) -> Recording {
         }
         csv.push('\n');
     }
-    let sidecar = r#"{"torque_sensor": "motor"}"#;
+    let sidecar = if hidden.is_link {
+        r#"{"torque_sensor": "link"}"#
+    } else {
+        r#"{"torque_sensor": "motor"}"#
+    };
     let name = format!("loaded {seed}");
     Recording::read(&name, &csv, Some(("sidecar", sidecar)), &Map::default()).unwrap()
 }
@@ -138,6 +144,15 @@ fn a_spring_that_rests_elsewhere_is_no_hysteresis() {
     assert!((found[0] - 8.0).abs() < 0.2, "{found:?} N·m/rad");
     let found = beside_the_load(hidden, "torque_offset", "joint_2", "torque");
     assert!((found[0] - 7.2).abs() < 0.3, "{found:?} N·m");
+}
+
+/// A cable across a joint pulls past the gear: a sensor between gear and link reads it as one in the motor does. Such a spring was
+/// never named, and what was left said that the model does not fit.
+#[test]
+fn a_sensor_between_gear_and_link_reads_a_spring() {
+    let hidden = Hidden { spring: 20.0, is_link: true, ..Hidden::default() };
+    let found = beside_the_load(hidden, "linear_stiffness", "joint_2", "coefficient");
+    assert!((found[0] - 20.0).abs() < 0.2, "{found:?} N·m/rad");
 }
 
 #[test]

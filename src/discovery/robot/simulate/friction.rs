@@ -152,6 +152,12 @@ pub(super) enum Smooth {
 }
 
 impl Smooth {
+    /// Returns whether a spring between the links makes it: a cable, a hose, a balancer. That bypasses the gear, and what it pulls a
+    /// sensor between gear and link does not bear; what gears and motors do, such a sensor does not see at all.
+    pub(super) fn is_between_links(self) -> bool {
+        matches!(self, Self::Stiffness(_) | Self::Cubic(_) | Self::Above(..) | Self::Below(..))
+    }
+
     /// Returns the torque where the joint bears `load`, N·m.
     pub(super) fn torque(self, q: f64, dq: f64, time: f64, load: f64) -> f64 {
         match self {

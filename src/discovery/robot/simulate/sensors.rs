@@ -1,5 +1,7 @@
 //! What the encoders, torque sensors and the tracker of the tip read of a motion.
 
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
 
 use super::super::chain::MOST_JOINTS;
@@ -7,7 +9,7 @@ use super::super::channels::Quantity;
 use super::super::plant::Course;
 use super::super::spline::Spline;
 use super::active::ActiveEffects;
-use super::model::{Model, Motion};
+use super::model::{JointMotion, Model, Motion};
 use super::needed::lengthen;
 use crate::discovery::recording::sidecar::TorqueSensor;
 
@@ -26,9 +28,9 @@ pub(super) fn read(model: &Model, active: &ActiveEffects, motion: &Motion) -> Ve
             Quantity::Position => out.extend_from_slice(&motion.joints[j].q),
             Quantity::Speed => out.extend_from_slice(&motion.joints[j].dq),
             Quantity::Torque => {
-                let read: &[f64] = match model.arm.torque_sensor {
-                    TorqueSensor::Motor => &motion.joints[j].tau,
-                    TorqueSensor::Link => &motion.joints[j].load,
+                let read = match model.arm.torque_sensor {
+                    TorqueSensor::Motor => Cow::Borrowed(&motion.joints[j].tau[..]),
+                    TorqueSensor::Link => beyond_gear(active, &motion.joints[j], j, &data.time),
                 };
                 let (gain, offset) = (active.torque_gain[j], active.torque_offset[j]);
                 let drift = active.torque_drift[j];
@@ -48,6 +50,24 @@ pub(super) fn read(model: &Model, active: &ActiveEffects, motion: &Motion) -> Ve
         }
     }
     out
+}
+
+/// Returns what goes through the gear of a joint, N·m row by row: what its link needs, less what springs between the links pull.
+fn beyond_gear<'a>(
+    active: &ActiveEffects,
+    joint: &'a JointMotion,
+    j: usize,
+    time: &[f64],
+) -> Cow<'a, [f64]> {
+    let springs = active.smooth.iter().filter(|(at, law)| *at == j && law.is_between_links());
+    let mut felt = Cow::Borrowed(&joint.load[..]);
+    for (_, spring) in springs {
+        for (row, felt) in felt.to_mut().iter_mut().enumerate() {
+            let since = time[row] - time[0];
+            *felt -= spring.torque(joint.q[row], joint.dq[row], since, joint.load[row]);
+        }
+    }
+    felt
 }
 
 /// Returns where the tracker sees the tip at every row.
