@@ -2,6 +2,7 @@
 
 use super::against::hints;
 use super::arm_finding::{answer, synonym};
+use super::between;
 use super::driven::driven_otherwise;
 use super::error::Misfit;
 use super::experiment::Experiment;
@@ -294,11 +295,16 @@ fn told(
         (gap, found)
     };
     let Found { outcome, fitted, own, filed } = found;
+    let changed = between::changed(&gap, &outcome.best, names);
     let traces = traces(filed.as_ref().unwrap_or(&gap), &gap, &outcome, names);
     let whys = whys(&gap, &outcome, options.tie);
     let experiment = experiment(&gap, &outcome, options, robot);
     let chain = gap.train[0].arm.chain.clone();
     let mut finding = answer(gap, fitted, &outcome, options, noise_is_estimated, notes);
+    // Of what is not explained it is asked whether one machine is seen at all.
+    if !matches!(finding.verdict, Verdict::Unknown | Verdict::ModelInadequate) {
+        finding.notes.splice(0..0, changed);
+    }
     let revision = own.as_ref().map(|links| links.revision(&chain));
     if let (Some(links), Some(filed)) = (own, filed) {
         finding.notes.push(wording::links_first());

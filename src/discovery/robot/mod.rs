@@ -27,6 +27,7 @@ pub mod investigate;
 pub mod load;
 mod against;
 mod arm_finding;
+mod between;
 mod cells;
 mod currents;
 mod gravity;

@@ -43,7 +43,7 @@ use single::named;
 
 pub(super) use carried::{Carried, carried};
 pub(super) use late::late;
-pub(super) use parted::{Alone, Spread};
+pub(super) use parted::{Alone, DIFFERS, MATTERS, Spread};
 pub(super) use signs::Turned;
 
 /// By how much the links' numbers must predict better to be taken: by a tenth of what is left.

@@ -15,10 +15,10 @@ use crate::discovery::selection::Set;
 const FEW: usize = 6;
 
 /// From so many standard deviations on, in the mean, a number differs between recordings.
-const DIFFERS: f64 = 5.0;
+pub(in super::super) const DIFFERS: f64 = 5.0;
 
 /// And only if one machine leaves so many times more of some sensor, in squares, than each recording's own numbers.
-const MATTERS: f64 = 1.2;
+pub(in super::super) const MATTERS: f64 = 1.2;
 
 /// What each recording says by itself.
 pub(in super::super) struct Alone {
