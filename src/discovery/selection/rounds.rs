@@ -25,6 +25,9 @@ const SHORTLIST: usize = 12;
 /// Rivals this many ties behind are not worth a fit of their shapes, and win in no draw of the data.
 pub(super) const FAR: f64 = 5.0;
 
+/// What explains this part of what the effect in its place does may explain all of it once the shapes beside it are its own.
+const CONTENDS: f64 = 0.5;
+
 /// Returns everything usual at once, fitted, or nothing where nothing is usual; and how much more than its noise is left of
 /// every sensor by all candidates at once about it, at least 1: real machines are never described to the noise of their
 /// sensors, and what no law describes must not be taken for evidence of one.
@@ -91,6 +94,15 @@ pub fn search_linear<G: Residuals>(
         if (is_plain && is_whole && (settled || last)) || round >= MOST_ROUNDS + unsteady {
             outcome.keep(&best.terms);
             let mut outcome = with_shapes(gap, outcome, best, options);
+            // Shapes that were fitted beside what is not common stood for it when what is common was tried in its place.
+            let is_better = |rival: &&Rival<G::Term>| {
+                rival.behind < 0.0 && is_usual_instead(gap, &outcome.best, rival)
+            };
+            let better = outcome.rivals.iter().find(is_better);
+            if let Some(better) = better.filter(|_| unsteady < MOST_UNSTEADY) {
+                (best, unsteady) = (better.hypothesis.clone(), unsteady + 1);
+                continue;
+            }
             steadied(gap, &mut outcome, options);
             let weakest = least_sure(gap, &outcome).or_else(|| least_steady(&outcome));
             let weakest = weakest.filter(|_| unsteady < MOST_UNSTEADY);
@@ -195,23 +207,36 @@ fn thinned<G: Residuals>(
     }
 }
 
+/// Returns whether a rival puts what is common in the place of what is not.
+fn is_usual_instead<G: Residuals>(
+    gap: &G,
+    best: &Hypothesis<G::Term>,
+    rival: &Rival<G::Term>,
+) -> bool {
+    let is_common = rival.hypothesis.terms.last().is_some_and(|term| gap.is_common(term));
+    is_common && !gap.is_common(&best.terms[rival.instead_of])
+}
+
 /// Puts the explanation fitted with its shapes in the place of the one of the search, and fits the shapes of those rivals that
-/// come near it.
+/// come near it, or are common where what is in their place is not, and explain half of what that does.
 fn with_shapes<G: Residuals>(
     gap: &G,
     mut outcome: Outcome<G::Term>,
     best: Hypothesis<G::Term>,
     options: &Options,
 ) -> Outcome<G::Term> {
-    outcome.rivals.par_iter_mut().filter(|rival| rival.behind < FAR * options.tie).for_each(
-        |rival| {
-            let Hypothesis { terms, parameters, surcharges, gains, .. } = rival.hypothesis.clone();
-            if let Some(fitted) = refit(gap, terms, parameters, surcharges) {
-                rival.behind = behind(gap, &fitted, (&best, rival.instead_of), options);
-                rival.hypothesis = Hypothesis { gains, ..fitted };
-            }
-        },
-    );
+    let explained = |at: usize| outcome.without[at].evidence() - outcome.best.evidence();
+    let is_worth_a_fit = |rival: &Rival<G::Term>| {
+        let contends = || rival.behind < (1.0 - CONTENDS) * explained(rival.instead_of);
+        rival.behind < FAR * options.tie || is_usual_instead(gap, &best, rival) && contends()
+    };
+    outcome.rivals.par_iter_mut().filter(|rival| is_worth_a_fit(rival)).for_each(|rival| {
+        let Hypothesis { terms, parameters, surcharges, gains, .. } = rival.hypothesis.clone();
+        if let Some(fitted) = refit(gap, terms, parameters, surcharges) {
+            rival.behind = behind(gap, &fitted, (&best, rival.instead_of), options);
+            rival.hypothesis = Hypothesis { gains, ..fitted };
+        }
+    });
     outcome.rivals.retain(|rival| is_sensible(gap, &rival.hypothesis));
     outcome.rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
     outcome.best = best;
