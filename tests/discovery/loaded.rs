@@ -176,7 +176,7 @@ fn a_load_is_borne_by_the_arm_as_it_stands() {
     assert!((found[0] + 0.02).abs() < 0.001 || (found[0] - 0.03).abs() < 0.001, "{found:?} rad");
 }
 
-/// What was 1.50 N·m on one day and 1.62 on another came as 1.56 N·m, as sure as any, and nothing was said.
+/// Fitted to both recordings at once, friction that is another in each lands between, as sure as any.
 #[test]
 fn friction_that_changed_between_two_recordings_is_told_of_each() {
     let robot = Robot::gen3();
