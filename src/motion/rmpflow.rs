@@ -333,14 +333,13 @@ struct Running<'r> {
     budget: &'r Budget<'r>,
 }
 
+/// Searches for a path to any of some goals.
+type Search<'s> = dyn Fn(&[Vec<f64>]) -> Result<Path, Error> + 's;
+
 impl Running<'_> {
     /// Runs to a goal; where that does not arrive, along a path that is searched, from corner to corner and at last from station
     /// to station; where that does not either, returns that path.
-    fn to_or_led(
-        &self,
-        goal: &[Vec<f64>],
-        search: &dyn Fn(&[Vec<f64>]) -> Result<Path, Error>,
-    ) -> Result<Path, Error> {
+    fn to_or_led(&self, goal: &[Vec<f64>], search: &Search<'_>) -> Result<Path, Error> {
         let mut why = match self.to(goal) {
             Err(Error::NoPath { why, .. }) => why,
             ended => return ended,

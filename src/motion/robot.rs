@@ -78,6 +78,9 @@ fn not_a_urdf(text: &str, error: &urdf_rs::UrdfError) -> UrdfFault {
     lacks.unwrap_or_else(|| UrdfFault::Content(said.trim_start_matches("custom: ").to_owned()))
 }
 
+/// Reads a mesh by its name, of the files in a folder.
+type ReadMesh = dyn Fn(&Path, &str) -> Result<Vec<u8>, MeshFault>;
+
 impl Robot {
     /// Returns the stdlib robot: a Kinova Gen3 with seven joints and a Robotiq 2F-85.
     pub fn gen3() -> Self {
@@ -211,11 +214,7 @@ impl Robot {
         if matters { Self::from_file(path, tip) } else { Ok(bare) }
     }
 
-    fn from_file_with(
-        path: &Path,
-        tip: Option<&str>,
-        meshes: &dyn Fn(&Path, &str) -> Result<Vec<u8>, MeshFault>,
-    ) -> Result<Self, Error> {
+    fn from_file_with(path: &Path, tip: Option<&str>, meshes: &ReadMesh) -> Result<Self, Error> {
         let inside = if path.is_dir() { only_urdf(path)? } else { None };
         let path = inside.as_deref().unwrap_or(path);
         let read = |path: &Path| {

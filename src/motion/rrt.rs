@@ -174,7 +174,14 @@ pub fn plan(
                     found = near.unwrap_or(found);
                 }
                 let (goal, corners, raw_length) = found;
-                return Ok(Path { corners, goal, samples, checks: motions.checks, raw_length, policies_failed: None });
+                return Ok(Path {
+                    corners,
+                    goal,
+                    samples,
+                    checks: motions.checks,
+                    raw_length,
+                    policies_failed: None,
+                });
             }
             Err(error @ Error::NoPath { .. }) => none = error,
             Err(other) => return Err(other),

@@ -466,7 +466,8 @@ mod tests {
         let why = NoWay::NeverMet { start: 611, goal: 610 };
         let error = Error::NoPath { samples: 25_141, why };
         let help = more(&error, SAMPLES);
-        let told = PlanAnswer::NotFound { found: false, reason: error.to_string(), help }.lines(&[]);
+        let told =
+            PlanAnswer::NotFound { found: false, reason: error.to_string(), help }.lines(&[]);
         assert!(told.starts_with("no path found with 25141 samples"), "{told}");
         assert!(told.contains("\nhelp: `--samples 500000` searches longer"), "{told}");
         assert!(told.contains("`--seed`"), "{told}");

@@ -27,7 +27,7 @@ pub(super) const TABLE: &str = "table";
 /// Answers `robot check`; `tell` hears what is looked at next, after how many of how many.
 pub fn check<'a>(robot: &'a Robot, tell: &mut dyn FnMut(&'static str, [usize; 2])) -> CheckAnswer {
     let mut list = List { robot, checks: Vec::new() };
-    let looks: [(&str, fn(&mut List<'a>)); 11] = [
+    let looks: [(&str, Look<'a>); 11] = [
         ("joints", List::joints),
         ("limits", List::limits),
         ("shapes", List::shapes),
@@ -52,6 +52,9 @@ pub fn check<'a>(robot: &'a Robot, tell: &mut dyn FnMut(&'static str, [usize; 2]
     let usable_for = all.into_iter().filter(|to| !blocked(*to)).collect();
     CheckAnswer { robot: robot.name().to_owned(), usable_for, checks: list.checks }
 }
+
+/// One look at a robot.
+type Look<'a> = fn(&mut List<'a>);
 
 struct List<'a> {
     robot: &'a Robot,

@@ -93,9 +93,9 @@ mod tests {
         Run { start: Some(start), ..Run::so_far("home()", &[]) }
     }
 
-    fn setting(name: &str, robot: &str, file: Option<&str>) -> Option<Setting> {
+    fn setting(name: &str, robot: &str, file: Option<&str>) -> Setting {
         let (file, sha256) = (file.map(str::to_owned), file.map(|_| "00".to_owned()));
-        Some(Setting { name: name.into(), robot: robot.into(), file, sha256, stdlib: None })
+        Setting { name: name.into(), robot: robot.into(), file, sha256, stdlib: None }
     }
 
     /// A run of a Panda was judged by the Gen3, and four effects were named.
@@ -118,20 +118,23 @@ mod tests {
         assert_eq!(theirs_only.refuses(&theirs), None);
 
         // The same arm on another table, whose file is gone: named, it is taken at its word.
-        let moved = Run { setting: setting("bench", &scene.robot, Some("gone.task")), ..kitchen };
+        let moved =
+            Run { setting: Some(setting("bench", &scene.robot, Some("gone.task"))), ..kitchen };
         let why = own.refuses(&moved).unwrap();
         assert!(why.message.contains("in the scene `bench`"), "{}", why.message);
         assert!(why.help.unwrap().contains("gone.task, which is not there"));
         assert_eq!(AtHand { is_named: true, ..own }.refuses(&moved), None);
         let unmoved =
-            Run { setting: setting("bench", "panda", None), ..Run::so_far("home()", &[]) };
+            Run { setting: Some(setting("bench", "panda", None)), ..Run::so_far("home()", &[]) };
         assert!(AtHand { is_named: true, ..own }.refuses(&unmoved).is_some());
     }
 
     #[test]
     fn a_scene_that_was_edited_since_is_told() {
-        let run =
-            Run { setting: setting("bench", "panda", Some("a.task")), ..Run::so_far("p()", &[]) };
+        let run = Run {
+            setting: Some(setting("bench", "panda", Some("a.task"))),
+            ..Run::so_far("p()", &[])
+        };
         assert!(changed(&run, Path::new("a.task"), "scene").unwrap().contains("a.task"));
         assert_eq!(changed(&run, Path::new("b.task"), "scene"), None);
     }

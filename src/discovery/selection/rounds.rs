@@ -10,7 +10,7 @@ use super::steady::{least_steady, steadied};
 use super::sure::least_sure;
 use super::weighing::{behind, is_sensible, pays, sensible_at, weighed};
 use super::wording::WRITING_OUT;
-use super::{Diverged, Hypothesis, Options, Outcome, Residuals, refit};
+use super::{Diverged, Hypothesis, Options, Outcome, Residuals, Rival, refit};
 
 /// Times the gap is written out; what was found rarely changes after the second.
 const ROUNDS: usize = 3;

@@ -130,10 +130,8 @@ impl Planner {
         let no = |why| NoWay { what: what.clone(), why };
         let object = self.cell.scene.object(o).ok_or_else(|| no(Why::NotSeen(o.to_owned())))?;
         let pose = self.pose(o, &what)?;
-        let stroke = self.robot().max_opening();
-        let least = self.robot().min_opening();
-        let fits = |width: f64| width + 2.0 * ROOM <= stroke;
-        let closes_on = |width: f64| width > least;
+        let [least, stroke] = [self.robot().min_opening(), self.robot().max_opening()];
+        let (fits, closes_on) = (|width| width + 2.0 * ROOM <= stroke, |width| width > least);
         let width = grip::narrowest(&object.shape).ok_or_else(|| no(Why::NoSides))?;
         if !fits(width) {
             return Err(no(Why::TooWide { width, opening: stroke }));
@@ -145,8 +143,7 @@ impl Planner {
         for jaw in self.robot().jaw_links() {
             world.ignore(jaw, o);
         }
-        let mut dropped = Dropped::new();
-        let mut ways: Vec<Lifted> = Vec::new();
+        let (mut dropped, mut ways): (_, Vec<Lifted>) = (Dropped::new(), Vec::new());
         let mut short = Short { grips: 0, by: f64::INFINITY };
         let lowest = self.lowest(pitch, pose.origin().z);
         let ahead = self.robot().fingers_ahead().unwrap_or(0.0);
@@ -154,11 +151,10 @@ impl Planner {
         'looking: for share in grip::shares_up(&object.shape) {
             let height = (share * object.shape.height()).max(lowest);
             let grips = grip::at_height(&object.shape, height, pitch, ahead);
-            dropped.too_wide(grips.iter().map(|grip| grip.width).filter(|width| !fits(*width)));
-            dropped
-                .too_narrow(grips.iter().map(|grip| grip.width).filter(|width| !closes_on(*width)));
-            let held = |grip: &&grip::Grip| fits(grip.width) && closes_on(grip.width);
-            for grip in grips.iter().filter(held) {
+            let widths = || grips.iter().map(|grip| grip.width);
+            dropped.too_wide(widths().filter(|width| !fits(*width)));
+            dropped.too_narrow(widths().filter(|width| !closes_on(*width)));
+            for grip in grips.iter().filter(|grip| fits(grip.width) && closes_on(grip.width)) {
                 let yaw = self.turned_from(object, &pose);
                 let heading = yaw + grip.heading;
                 let aside = Rotation2::new(yaw) * grip.middle;
