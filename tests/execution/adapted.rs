@@ -225,7 +225,7 @@ fn what_the_fingers_do_not_close_on_is_said_to_be_too_narrow() {
     assert_eq!(text.matches(range).count(), 2);
     let text = text.replace(range, "lower=\"0.04\" upper=\"0.0425\"");
     let mut cell = cell();
-    let robot = trueup::motion::Robot::from_urdf_with(&text, &file("robot.toml"), None).unwrap();
+    let robot = Robot::from_urdf_with(&text, &file("robot.toml"), None).unwrap();
     cell.robot = Arc::new(robot);
     let world = state(&HOME, [0.58, 0.15, 0.3]);
     let planner = Planner::new(cell, world, HOME.to_vec(), 0.0, Arc::new(Budget::new(|| false)));

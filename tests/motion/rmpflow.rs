@@ -151,7 +151,8 @@ fn an_arm_of_six_joints_is_led_to_another_branch() {
     let goal = vec![-2.08, 0.08, -0.6, 1.04, -1.05, -1.9];
     let run = Budget::new(|| false);
     let settings = Settings::seeded(1);
-    let path = plan(&solver, &world, &start, &[goal.clone()], None, &settings, &run).unwrap();
+    let path =
+        plan(&solver, &world, &start, std::slice::from_ref(&goal), None, &settings, &run).unwrap();
     assert_eq!(path.policies_failed, None);
     assert_eq!((&path.corners[0][..], path.corners.last().unwrap()), (&start[..], &goal));
     assert!(path.corners.windows(2).all(|edge| world.certify(&edge[0], &edge[1])));
