@@ -36,8 +36,8 @@ fn a_twist_above_the_limits_is_slowed_down_and_keeps_its_direction() {
         let linear = Vector3::new(moves[0], moves[1], moves[2]);
         let turning = Vector3::new(moves[3], moves[4], moves[5]).norm();
         let speed = linear.dot(&along);
-        // Where a joint limits it, it is slower than the arm's 0.5 m/s.
-        assert!((0.2..0.505).contains(&speed), "{moves}");
+        // Where a joint limits it, or while it still gathers speed, it is slower than the arm's 0.5 m/s.
+        assert!((0.1..0.505).contains(&speed), "{moves}");
         assert!((linear - along * speed).norm() < 0.02 && turning < 0.05, "{moves}");
     }
 }

@@ -154,6 +154,8 @@ fn an_arm_of_six_joints_is_led_to_another_branch() {
     let path =
         plan(&solver, &world, &start, std::slice::from_ref(&goal), None, &settings, &run).unwrap();
     assert_eq!(path.policies_failed, None);
-    assert_eq!((&path.corners[0][..], path.corners.last().unwrap()), (&start[..], &goal));
+    assert_eq!(&path.corners[0][..], &start[..]);
+    let last = path.corners.last().unwrap();
+    assert!(last.iter().zip(&goal).all(|(a, b)| (a - b).abs() < 1e-9), "{last:?}");
     assert!(path.corners.windows(2).all(|edge| world.certify(&edge[0], &edge[1])));
 }
