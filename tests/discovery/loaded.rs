@@ -1,7 +1,8 @@
-//! Torques of an arm with a load in its hand and one thing more, by the general algorithms of dynamics: each is named with its size, and
-//! nothing stands for the two together.
+//! Torques of an arm with a load in its hand, or with links that its file does not know well, and one thing more, by the general
+//! algorithms of dynamics: each is named with its size, and nothing stands for the two together.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use trueup::discovery::finding::{Finding, Value};
@@ -29,20 +30,58 @@ struct Hidden {
     dry: f64,
     /// The base leans by roll and pitch, rad.
     tilt: [f64; 2],
+    /// Whether the file's numbers of every link are off.
+    is_off: bool,
+    /// Whether the hand is empty.
+    is_empty: bool,
 }
 
 const MASS: f64 = 1.2;
 const COM: [f64; 3] = [0.01, -0.03, 0.09];
 
+/// By which part each link of the arm is heavier than its file says, and by how much its centre lies elsewhere, m.
+const OFF: [(f64, [f64; 3]); 7] = [
+    (0.08, [0.006, -0.008, 0.010]),
+    (-0.09, [-0.010, 0.012, 0.004]),
+    (0.11, [0.009, -0.006, -0.012]),
+    (-0.07, [-0.008, 0.011, 0.007]),
+    (0.10, [0.012, 0.005, -0.009]),
+    (-0.06, [-0.005, -0.010, 0.008]),
+    (0.05, [0.007, -0.009, 0.006]),
+];
+
+/// The arm whose links are not as its file says.
+fn as_built() -> Robot {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("stdlib/robots/gen3_2f85");
+    let file = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let text = file("gen3_2f85.urdf");
+    const BEGINS: &str = "<inertial><origin xyz=\"";
+    let mut parts = text.split(BEGINS);
+    // What stands before the base, and the base.
+    let mut built = format!("{}{BEGINS}{}", parts.next().unwrap(), parts.next().unwrap());
+    let mut links = OFF.iter();
+    for part in parts {
+        let (place, rest) = part.split_once("\"/><mass value=\"").unwrap();
+        let (mass, rest) = rest.split_once('"').unwrap();
+        let (heavier, by) = links.next().copied().unwrap_or_default();
+        let mass = mass.parse::<f64>().unwrap() * (1.0 + heavier);
+        let place: Vec<f64> = place.split(' ').map(|value| value.parse().unwrap()).collect();
+        let [x, y, z] = std::array::from_fn(|k| place[k] + by[k]);
+        write!(built, "{BEGINS}{x} {y} {z}\"/><mass value=\"{mass}\"{rest}").unwrap();
+    }
+    Robot::from_urdf_with(&built, &file("robot.toml"), None).unwrap()
+}
+
 /// 12 s in which every joint swings.
 fn recording(hidden: Hidden, seed: u64) -> Recording {
-    let robot = Robot::gen3();
+    let robot = if hidden.is_off { as_built() } else { Robot::gen3() };
     let [roll, pitch] = hidden.tilt;
     let gravity = Rotation3::from_euler_angles(roll, pitch, 0.0)
         .inverse_transform_vector(&Vector3::new(0.0, 0.0, -GRAVITY));
     let inertia = Matrix3::from_diagonal(&Vector3::repeat(4e-4));
     let load = Inertial { mass: MASS, com: Vector3::from(COM), inertia };
-    let arm = Dynamics::new(&robot, Bodies::All).with_payload(load).with_gravity(gravity);
+    let arm = Dynamics::new(&robot, Bodies::All).with_gravity(gravity);
+    let arm = if hidden.is_empty { arm } else { arm.with_payload(load) };
     let mut state = seed;
     let mut chance = move || {
         let mut sum = 0.0;
@@ -193,4 +232,57 @@ fn friction_that_changed_between_two_recordings_is_told_of_each() {
     assert!(note.starts_with("the dry friction of joint 3"), "{note}");
     assert!(note.contains("1.5 N*m in loaded 1, 1.6 N*m in loaded 2"), "{note}");
     assert!(notes([of(1.5, 1), of(1.5, 2)]).is_empty());
+}
+
+/// What is said of an arm whose links are off: effects by name and place, each with its first number and how sure that is.
+fn of_an_arm_that_is_off(hidden: Hidden) -> Vec<(String, String, f64, f64)> {
+    let robot = Robot::gen3();
+    let hidden = Hidden { is_off: true, ..hidden };
+    let recordings = [recording(hidden, 1), recording(hidden, 2)];
+    let subject = Subject::Arm(&robot, &[]);
+    let found = investigate(&recordings, subject, &Options::default(), &mut |_, _| {}).unwrap();
+    assert!(!found.finding.identified.is_empty(), "{:#?}", found.finding);
+    let of = |effect: &trueup::discovery::finding::Effect| {
+        let number = ["mass", "coefficient", "gain", "torque"]
+            .into_iter()
+            .find_map(|name| effect.parameters.get(name));
+        let (Value::Number(value), Value::Number(std)) =
+            number.map(|number| (&number.value, &number.std)).unwrap()
+        else {
+            panic!("{effect:?}")
+        };
+        (effect.name.clone(), effect.at.clone(), *value, *std)
+    };
+    let mut told: Vec<_> = found.finding.effects.iter().map(of).collect();
+    told.sort_by(|a, b| a.0.cmp(&b.0));
+    told
+}
+
+/// Links that are off and a spring were eleven effects, links and a gain four, none of them there.
+#[test]
+fn what_is_missing_beside_links_that_are_off_is_told_with_them() {
+    assert!(of_an_arm_that_is_off(Hidden { is_empty: true, ..Hidden::default() }).is_empty());
+    let is = |told: &(String, String, f64, f64), name: &str, at: &str, value: f64, near: f64| {
+        assert_eq!((&told.0[..], &told.1[..]), (name, at), "{told:?}");
+        assert!((told.2 - value).abs() < near, "{told:?}, not {value}");
+        assert!((told.2 - value).abs() < 4.0 * told.3, "{told:?}, not {value}");
+    };
+    let hidden = Hidden { spring: 15.0, rest: -0.5, is_empty: true, ..Hidden::default() };
+    let told = of_an_arm_that_is_off(hidden);
+    assert_eq!(told.len(), 2, "{told:#?}");
+    is(&told[0], "linear_stiffness", "joint_2", 15.0, 0.8);
+    is(&told[1], "torque_offset", "joint_2", 7.5, 0.4);
+    let told = of_an_arm_that_is_off(Hidden { gain: 0.12, is_empty: true, ..Hidden::default() });
+    assert_eq!(told.len(), 1, "{told:#?}");
+    is(&told[0], "torque_gain", "joint_4", 1.12, 0.01);
+}
+
+/// Links share the weight of a load, so none of it is surer than they are: it was told to a third of a gram, and 0.3 kg too little.
+#[test]
+fn a_load_beside_links_that_are_off_is_as_sure_as_they_are() {
+    let told = of_an_arm_that_is_off(Hidden::default());
+    let [(name, at, mass, std)] = &told[..] else { panic!("{told:#?}") };
+    assert_eq!((&name[..], &at[..]), ("payload", "tool"));
+    assert!((mass - MASS).abs() < 3.0 * std, "{mass} kg ± {std}");
+    assert!((mass - MASS).abs() < 0.15 && *std > 0.01, "{mass} kg ± {std}");
 }

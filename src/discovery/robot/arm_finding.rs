@@ -151,6 +151,7 @@ impl Answered {
         let last = fit_all(all, best)
             .filter(|h| selection::is_sensible(all, h))
             .unwrap_or_else(|| best.clone());
+        let last = Hypothesis { covariance: all.covariance(&last), ..last };
         let mut found = Self::default();
         let mut unnamed: BTreeMap<usize, usize> = BTreeMap::new();
         for (at, term) in best.terms.iter().enumerate() {
@@ -216,7 +217,8 @@ fn tied(all: &ArmGap, rival: &Rival<Term>, outcome: &Outcome<Term>) -> Effect {
     let has_others =
         all.has_own_links() && is_gain(instead_of) && is_gain(&rival.hypothesis.terms[last_at]);
     let again = if has_others { None } else { fit_all(all, &rival.hypothesis) };
-    let h = again.unwrap_or_else(|| rival.hypothesis.clone());
+    let h = again.map(|h| Hypothesis { covariance: all.covariance(&h), ..h });
+    let h = h.unwrap_or_else(|| rival.hypothesis.clone());
     let estimates = estimates_of(all, &h, last_at);
     let mut other = effect(&h.terms[last_at], &estimates, &all.things, outcome.worth_of(rival));
     other.indistinguishable = true;

@@ -7,7 +7,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::channels::Quantity;
 use super::explain::ArmGap;
-use super::links::{CREEPS, DIFFERS, MATTERS};
+use super::links::fit::CREEPS;
+use super::links::{DIFFERS, MATTERS};
 use super::simulate::Model;
 use super::term::{Law, Term, of_each};
 use super::wording;

@@ -1,14 +1,19 @@
 //! An arm's recordings as something to be explained: [`Residuals`] over laws and joints.
 
+use nalgebra::DMatrix;
+
 use super::candidates::candidates;
 use super::channels::{Channel, Quantity};
 use super::currents::Drives;
-use super::links::Links;
 use super::links::body::NUMBERS;
+use super::links::covariance::covariance;
+use super::links::own::Links;
 use super::load::Thing;
 use super::simulate::{Model, is_in};
 use super::term::{Law, SENSIBLE_GAIN, Term, WITHIN};
-use crate::discovery::selection::{Block, Candidate, Hypothesis, ParameterSpec, Residuals, Set};
+use crate::discovery::selection::{
+    Block, Candidate, Hypothesis, ParameterSpec, Residuals, Set, rises,
+};
 use crate::discovery::vocabulary::{Odds, kind_named};
 
 /// Recordings of one arm, some to fit and some to judge.
@@ -51,9 +56,6 @@ const NARROW: f64 = 1.05;
 
 /// A sensor that leaves no more than this many times its noise is described: noise is known to a tenth.
 const DESCRIBED: f64 = 1.1;
-
-/// A law of friction is right to this part of it and no better: what it has beyond its special case is more than that.
-const PART: f64 = 0.03;
 
 /// A number nearer to nothing than this many of its standard deviations is nothing.
 const SURE: f64 = 2.0;
@@ -102,44 +104,6 @@ impl ArmGap {
             unexplained: Default::default(),
             settled: Vec::new(),
             drives: self.drives.clone(),
-        }
-    }
-
-    /// Returns the dry friction that the model has at a joint already, both ways together, N·m.
-    fn dry_known(&self, joint: usize) -> f64 {
-        let (terms, values) = &self.known;
-        let mut from = 0;
-        let of = |term: &Term| {
-            let own = &values[from..];
-            from += term.law.specs().len();
-            match term.law {
-                _ if term.joint != joint => 0.0,
-                Law::Coulomb | Law::SmoothCoulomb | Law::Stribeck => 2.0 * own[0],
-                Law::Asymmetric => own[0] + own[1],
-                _ => 0.0,
-            }
-        };
-        terms.iter().map(of).sum()
-    }
-
-    /// Returns whether a general law of dry friction is more than its special case, the same at every speed and both ways: as much
-    /// as friction is known, however sure the difference is.
-    fn is_more_than_dry(&self, term: Term, own: &[f64]) -> bool {
-        match term.law {
-            Law::Asymmetric => {
-                let level = 0.5 * (own[0] + own[1] + self.dry_known(term.joint));
-                (own[0] - own[1]).abs() > PART * level
-            }
-            Law::Stribeck => {
-                let level = own[0] + 0.5 * self.dry_known(term.joint);
-                // Slower than friction gives way, or than a speed is known, a peak is the way in which it does.
-                let creep = self.train.iter().fold(own[3], |creep, model| {
-                    creep.max(model.course.speed_error.get(term.joint).copied().unwrap_or(0.0))
-                });
-                // And a peak on no level is the corner of friction that another law has.
-                own[1] > PART * level && level > PART * own[1] && own[2] > creep
-            }
-            _ => true,
         }
     }
 
@@ -388,6 +352,15 @@ impl Residuals for ArmGap {
 
     fn asks_for_size(&self) -> bool {
         true
+    }
+
+    fn covariance(&self, h: &Hypothesis<Term>) -> DMatrix<f64> {
+        let beside = || {
+            let blocks = self.blocks(Set::Train);
+            covariance(&self.train, &blocks, h, &rises(self, h)?)
+        };
+        let own = if self.has_own_links() { beside() } else { None };
+        own.unwrap_or_else(|| h.covariance.clone())
     }
 
     fn base(&self, term: &Term) -> Option<usize> {

@@ -2,7 +2,7 @@
 
 use super::driven::is_driven;
 use super::explain::ArmGap;
-use super::links::Links;
+use super::links::own::Links;
 use super::term::Term;
 use crate::discovery::finding::{ESTIMATED, MATTERS, SIGNIFICANT, above_noise, shrink};
 use crate::discovery::selection::{self, Hypothesis, Outcome, Residuals as _};

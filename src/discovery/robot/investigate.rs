@@ -9,7 +9,9 @@ use super::experiment::Experiment;
 use super::explain::ArmGap;
 use super::found::Found;
 use super::laid_out;
-use super::links::{self, Gain, Links, Turned};
+use super::links::fit::BETTER;
+use super::links::own::Links;
+use super::links::{self, Beside, Gain, Own, Turned};
 use super::machines;
 use super::places::places;
 use super::term::{Law, SENSIBLE_GAIN, Term};
@@ -336,50 +338,100 @@ fn turned(gap: &ArmGap, outcome: &Outcome<Term>) -> Option<Misfit> {
 /// Searches with the numbers that fit the recordings, which `gap` has from then on.
 fn found(
     gap: &mut ArmGap,
-    numbers: Option<(Links, Vec<Gain>)>,
+    numbers: Option<Own>,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Found, Misfit> {
-    let Some((links, mut gains)) = numbers else {
+    let Own { links, beside } = numbers.unwrap_or_default();
+    if let Some(Beside { terms, links }) = beside {
+        let with = WithLinks::searched(gap, links, options, progress)?;
+        // Links that go with what the search does not find again are wrong.
+        let has = |term| with.outcome.best.terms.contains(term);
+        if terms.iter().all(has) && is_less(&with.outcome, gap) {
+            return Ok(with.found(gap));
+        }
+    }
+    let Some((links, mut gains)) = links else {
         let (outcome, fitted) = searched(gap, options, progress)?;
         return Ok(Found { outcome, fitted, own: None, filed: None });
     };
     if gains.first().is_some_and(|gain| gain.links.is_better) {
-        let gain = gains.remove(0);
-        let with = gap.with_links(&gain.links);
-        let (mut outcome, fitted) = searched(&with, options, progress)?;
-        let own = Term { law: Law::TorqueGain, joint: gain.joint };
+        let Gain { links, joint, explained, .. } = gains.remove(0);
+        let mut with = WithLinks::searched(gap, links, options, progress)?;
+        let own = Term { law: Law::TorqueGain, joint };
+        let outcome = &mut with.outcome;
         if let Some(at) = outcome.best.terms.iter().position(|term| *term == own) {
-            let others = gains.iter().map(|other| other.instead_of(&gain, at, &outcome.best));
+            let others = gains.iter().map(|other| other.instead_of(explained, at, &outcome.best));
             outcome.rivals.extend(others);
             outcome.rivals.sort_by(|a, b| a.behind.total_cmp(&b.behind));
-            let filed = Some(std::mem::replace(gap, with));
-            return Ok(Found { outcome, fitted, own: Some(gain.links), filed });
+            return Ok(with.found(gap));
         }
     }
     if links.is_better {
-        let with = gap.with_links(&links);
-        let (outcome, fitted) = searched(&with, options, progress)?;
-        // With all that is found beside them they have to leave less than the file does by itself.
-        let as_filed = gap.residuals(Set::Heldout, &[], &[]).map(|left| sum_of_squares(&left));
-        if as_filed.is_none_or(|left| outcome.best.heldout < left) {
-            let filed = Some(std::mem::replace(gap, with));
-            return Ok(Found { outcome, fitted, own: Some(links), filed });
+        let with = WithLinks::searched(gap, links.clone(), options, progress)?;
+        if is_less(&with.outcome, gap) {
+            return Ok(with.found(gap));
         }
     }
     let (outcome, fitted) = searched(gap, options, progress)?;
     // One link or a load has a name; several weights that are off at once are numbers of the file.
     if n_weights(&outcome) > 1 {
-        let with = gap.with_links(&links);
-        let (other, its) = searched(&with, options, progress)?;
-        if n_weights(&other) < n_weights(&outcome)
-            && links::BETTER * other.best.heldout <= outcome.best.heldout
+        let with = WithLinks::searched(gap, links, options, progress)?;
+        if n_weights(&with.outcome) < n_weights(&outcome)
+            && BETTER * with.outcome.best.heldout <= outcome.best.heldout
         {
-            let filed = Some(std::mem::replace(gap, with));
-            return Ok(Found { outcome: other, fitted: its, own: Some(links), filed });
+            return Ok(with.found(gap));
         }
     }
     Ok(Found { outcome, fitted, own: None, filed: None })
+}
+
+/// What a search finds beside other links than the file's.
+struct WithLinks {
+    links: Links,
+    gap: ArmGap,
+    outcome: Outcome<Term>,
+    fitted: Option<ArmGap>,
+}
+
+impl WithLinks {
+    /// Searches beside `links`, and once more beside those that go with what is found.
+    fn searched(
+        filed: &ArmGap,
+        links: Links,
+        options: &Options,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Result<Self, Misfit> {
+        let mut of = |links: Links| {
+            let gap = filed.with_links(&links);
+            let (outcome, fitted) = searched(&gap, options, progress)?;
+            Ok(Self { links, gap, outcome, fitted })
+        };
+        let first = of(links)?;
+        let best = &first.outcome.best;
+        // What every joint has was beside them from the beginning.
+        let is_new = |term: &Term| !links::is_of_joint(term);
+        let fitted = first.fitted.as_ref().filter(|_| best.terms.iter().any(is_new));
+        let bodies = &filed.train[0].arm.chain.bodies;
+        let settled = fitted.and_then(|gap| links::settled(gap, (bodies, &first.links), best));
+        let Some(links) = settled else { return Ok(first) };
+        let again = of(links)?;
+        let is_better = again.outcome.best.evidence() < first.outcome.best.evidence();
+        Ok(if is_better { again } else { first })
+    }
+
+    /// Returns it as what was found; `gap` has these links from then on.
+    fn found(self, gap: &mut ArmGap) -> Found {
+        let Self { links, gap: with, outcome, fitted } = self;
+        let filed = Some(std::mem::replace(gap, with));
+        Found { outcome, fitted, own: Some(links), filed }
+    }
+}
+
+/// Returns whether links with all that was found beside them leave less than the file by itself.
+fn is_less(outcome: &Outcome<Term>, filed: &ArmGap) -> bool {
+    let as_filed = filed.residuals(Set::Heldout, &[], &[]).map(|left| sum_of_squares(&left));
+    as_filed.is_none_or(|left| outcome.best.heldout < left)
 }
 
 /// Returns how many weights were found to be off.

@@ -21,6 +21,7 @@ pub mod wording;
 pub mod known;
 pub mod experiment;
 mod driven;
+mod dry;
 mod found;
 mod machines;
 pub mod investigate;

@@ -36,7 +36,7 @@ use super::finding::{Evidence, MATTERS, TIE, Worth};
 
 pub use error::Diverged;
 pub use linear::related;
-pub use refit::refit;
+pub use refit::{refit, rises};
 pub use rounds::{floors, search_linear};
 pub use screen::{left_after, sum_of_squares};
 pub use search::search;
@@ -206,6 +206,11 @@ pub trait Residuals: Sync {
     /// against what joined after it.
     fn asks_for_size(&self) -> bool {
         false
+    }
+
+    /// Returns how uncertain the parameters of a hypothesis are together, with all that is not known of the model beside it.
+    fn covariance(&self, h: &Hypothesis<Self::Term>) -> DMatrix<f64> {
+        h.covariance.clone()
     }
 
     /// Returns on which of an effect's numbers its others stand, by its place among them: an effect without it is none, however sure

@@ -75,6 +75,13 @@ pub(super) fn columns<G: Residuals>(
         .collect()
 }
 
+/// Returns by how much the residuals on the data fitted rise with each parameter of a hypothesis.
+pub fn rises<G: Residuals>(gap: &G, h: &Hypothesis<G::Term>) -> Option<Vec<Vec<f64>>> {
+    let here = gap.residuals(Set::Train, &h.terms, &h.parameters)?;
+    let moves = vec![true; h.parameters.len()];
+    columns(gap, &h.terms, &h.parameters, &all_specs(gap, &h.terms), &moves, &here)
+}
+
 /// The residuals on the data fitted as a least-squares problem.
 struct Problem<'a, G: Residuals> {
     gap: &'a G,

@@ -16,10 +16,10 @@ const TRADES: f64 = 0.9;
 /// Returns which effect to leave out where the size of one is not sure: of it and those that trade against it the one without which
 /// most is explained.
 pub(super) fn least_sure<G: Residuals>(gap: &G, outcome: &Outcome<G::Term>) -> Option<usize> {
-    let best = &outcome.best;
     if !gap.asks_for_size() {
         return None;
     }
+    let best = &Hypothesis { covariance: gap.covariance(&outcome.best), ..outcome.best.clone() };
     let rest = |at: &usize| outcome.without[*at].criterion();
     let weaker = |a: &usize, b: &usize| rest(a).total_cmp(&rest(b));
     let all = 0..best.terms.len();

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
-use super::super::links::BETTER;
+use super::super::links::fit::BETTER;
 use crate::discovery::selection::related;
 
 /// A load weighs something if it is this many times its standard deviation.

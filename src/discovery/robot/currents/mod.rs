@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::channels::{Channel, Quantity, SILENT};
 use super::error::Misfit;
-use super::links::CREEPS;
+use super::links::fit::CREEPS;
 use super::simulate::Model;
 use super::term::{Law, Term};
 use super::wording;

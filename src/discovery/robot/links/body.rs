@@ -95,10 +95,42 @@ pub(super) fn point([mass, moment @ ..]: [f64; 4]) -> DMatrix<f64> {
     numbers
 }
 
-/// The least part of its spread that a body has in any direction.
-const LEAST: f64 = 1e-4;
+/// The least part of its spread that a body surely has in any direction.
+const LEAST: f64 = 1e-3;
 
-/// Returns the change nearest to `changes` with which the body could be: its mass is spread by something in every direction.
+/// A body's pseudo-inertia by the changes of its numbers, in units of its mass and size.
+pub(super) struct Pseudo {
+    /// Without any.
+    pub(super) own: Matrix4<f64>,
+    /// For one unit of each.
+    pub(super) by: [Matrix4<f64>; NUMBERS],
+}
+
+impl Pseudo {
+    /// Returns that of a body; `None` of one without a mass.
+    pub(super) fn of(body: &Body) -> Option<Self> {
+        let size = size(body);
+        if size <= 0.0 {
+            return None;
+        }
+        let scale = Vector4::new(1.0 / size, 1.0 / size, 1.0 / size, 1.0);
+        let scale = scale * scale.transpose() / body.mass;
+        let own = pseudo(body);
+        let by = std::array::from_fn(|number| {
+            let mut changed = body.clone();
+            change(&mut changed, number, 1.0);
+            (pseudo(&changed) - own).component_mul(&scale)
+        });
+        Some(Self { own: own.component_mul(&scale), by })
+    }
+
+    /// Returns it with changes.
+    pub(super) fn with(&self, changes: &[f64]) -> Matrix4<f64> {
+        self.by.iter().zip(changes).fold(self.own, |sum, (by, change)| sum + by * *change)
+    }
+}
+
+/// Returns the change nearest to `changes` with which the body surely could be: its mass is spread by something in every direction.
 pub(super) fn nearest(body: &Body, changes: &[f64; NUMBERS]) -> [f64; NUMBERS] {
     let size = size(body);
     if size <= 0.0 {

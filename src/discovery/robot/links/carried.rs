@@ -8,9 +8,10 @@ use nalgebra::DMatrix;
 use super::super::explain::ArmGap;
 use super::super::term::{Law, Term};
 use super::body::{FAR_OUT, NUMBERS, point};
-use super::fit::{Fit, Parts, Problem, Sums, left_of};
+use super::columns::problems;
+use super::fit::{CREEPS, Fit, Parts, Problem, Sums, left_of};
 use super::single::AGREEING;
-use super::{CREEPS, SOME, of_joints, problems};
+use super::{SOME, of_joints};
 use crate::discovery::selection::{Hypothesis, Residuals as _, Set, sum_of_squares};
 
 /// A mass is told if it is this many times its standard deviation.

@@ -1,13 +1,21 @@
 //! Least squares over what recordings say of an arm's numbers, summed up once per sensor, so that a fit of any of them costs
 //! milliseconds.
 
+use std::borrow::Borrow;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::chain::Body;
+use super::super::term::{Law, Term};
 use super::super::wording;
-use super::body::{NUMBERS, nearest};
+use super::body::{NUMBERS, point};
+use super::single::AGREEING;
+
+/// By how much the links' numbers must predict better to be taken: by a tenth of what is left.
+pub(in super::super) const BETTER: f64 = 0.9;
+
+/// Speeds below which dry friction may give way, rad/s; the one that fits best is taken.
+pub(in super::super) const CREEPS: [f64; 4] = [1e-3, 4e-3, 1.6e-2, 5e-2];
 
 /// How often sensors are weighed anew by what is left of them.
 const WEIGHINGS: usize = 4;
@@ -68,6 +76,7 @@ impl Sums {
 }
 
 /// What is fitted: numbers of bodies with how far they may go, then numbers of joints.
+#[derive(Clone)]
 pub(super) struct Problem {
     pub(super) train: Vec<Sums>,
     pub(super) heldout: Vec<Sums>,
@@ -170,7 +179,7 @@ impl Problem {
     }
 
     /// Returns the quadratic form of all numbers and its gradient, with sensors of these variances.
-    fn form(&self, weights: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+    pub(super) fn form(&self, weights: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
         let k = self.prior.len();
         let (mut form, mut along) = (DMatrix::zeros(k, k), DVector::zeros(k));
         for (sums, weight) in self.train.iter().zip(weights) {
@@ -226,6 +235,24 @@ impl Problem {
         self.with(of(&self.train), of(&self.heldout))
     }
 
+    /// Returns the same where a load, if `list` has one, has the inertia of a mass at a place: that follows from mass and moment, which
+    /// are fitted anew with it until they agree. They begin beside the file's bodies: free ones would take the load's inertia for theirs.
+    pub(super) fn bearing(&self, parts: &Parts, list: &[Range<usize>]) -> Option<Self> {
+        let mut problem = self.clone();
+        if !list.contains(&parts.load) {
+            return Some(problem);
+        }
+        let beside: Vec<_> = list.iter().filter(|part| **part != parts.bodies).cloned().collect();
+        let (filed, free) = (parts.only(&beside), parts.only(list));
+        for directions in [filed].iter().chain(std::iter::repeat_n(&free, AGREEING)) {
+            let fit = problem.fit(directions)?;
+            let by = parts.bearing(std::array::from_fn(|k| fit.x[parts.load.start + k]));
+            let of = |all: &[Sums]| all.iter().map(|sums| sums.seen(&by)).collect();
+            problem = self.with(of(&self.train), of(&self.heldout));
+        }
+        Some(problem)
+    }
+
     /// Returns both sets by the numbers of [`Parts::merged`], as the recordings fitted and those held out see them ([`Parts::seen`]).
     pub(super) fn seen(&self, own: &Parts, [fitted, held]: &[DMatrix<f64>; 2]) -> Self {
         let of = |all: &[Sums], by: &DMatrix<f64>| all.iter().map(|sums| sums.seen(by)).collect();
@@ -264,11 +291,11 @@ pub(super) struct Parts {
 }
 
 /// What every joint of a real arm has, in this order.
-pub(super) const OF_JOINT: [(&str, &str); 4] = [
-    ("viscous friction", "N*m*s/rad"),
-    ("dry friction", "N*m"),
-    ("torque offset", "N*m"),
-    ("rotor's inertia", "kg*m^2"),
+pub(super) const OF_JOINT: [(Law, &str, &str); 4] = [
+    (Law::Viscous, "viscous friction", "N*m*s/rad"),
+    (Law::Coulomb, "dry friction", "N*m"),
+    (Law::TorqueOffset, "torque offset", "N*m"),
+    (Law::Armature, "rotor's inertia", "kg*m^2"),
 ];
 
 /// Units of the mass and the moment of a load on the last body, as [`wording::OF_LOAD`] calls them.
@@ -306,15 +333,34 @@ impl Parts {
         [fitted, held]
     }
 
+    /// Returns how these numbers follow from the same where a load has the inertia of a mass at the place of `load`.
+    fn bearing(&self, load: [f64; 4]) -> DMatrix<f64> {
+        let mut by = DMatrix::<f64>::identity(self.count, self.count);
+        by.columns_mut(self.load.start, LOAD.len()).fill(0.0);
+        let last = self.bodies.end - NUMBERS;
+        by.view_mut((last, self.load.start), (NUMBERS, LOAD.len())).copy_from(&point(load));
+        by
+    }
+
     /// Returns the effects with a name of which each may be all that is missing: one spring, one zero, the base's tilt.
     pub(super) fn each_named(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let tilt = self.named.end - TILT;
         (self.named.start..tilt).map(|at| at..at + 1).chain(std::iter::once(tilt..self.named.end))
     }
 
+    /// Returns one of them as an effect.
+    pub(super) fn effect(&self, named: &Range<usize>) -> Term {
+        let (at, n) = (named.start - self.named.start, self.bodies.len() / NUMBERS);
+        match at / n {
+            0 => Term { law: Law::Stiffness, joint: at },
+            1 => Term { law: Law::ZeroOffset, joint: at - n },
+            _ => Term { law: Law::BaseTilt, joint: 0 },
+        }
+    }
+
     /// Returns the directions in which only these numbers change.
-    pub(super) fn only(&self, parts: &[&Range<usize>]) -> DMatrix<f64> {
-        let free: Vec<usize> = parts.iter().flat_map(|part| (*part).clone()).collect();
+    pub(super) fn only<R: Borrow<Range<usize>>>(&self, parts: &[R]) -> DMatrix<f64> {
+        let free: Vec<usize> = parts.iter().flat_map(|part| part.borrow().clone()).collect();
         DMatrix::from_fn(self.count, free.len(), |i, j| f64::from(u8::from(i == free[j])))
     }
 
@@ -325,65 +371,7 @@ impl Parts {
             return (wording::OF_LOAD[at].into(), LOAD[at]);
         }
         let at = at - self.joints.start;
-        let (name, unit) = OF_JOINT[at % OF_JOINT.len()];
+        let (_, name, unit) = OF_JOINT[at % OF_JOINT.len()];
         (format!("the {name} of joint {}", at / OF_JOINT.len() + 1), unit)
     }
 }
-
-/// Returns the bodies' changes that fit best while every body stays one that could be, by alternating directions: a step
-/// towards the data, a step to the nearest bodies that could be, until both agree. What the fit left out, or left at nothing since
-/// it may not be less, stays nothing: bodies would pay for a load that weighs less than nothing.
-///
-/// Source: Boyd et al., "Distributed Optimization and Statistical Learning via the Alternating Direction Method of
-/// Multipliers", 2011, §5.
-pub(super) fn consistent(
-    problem: &Problem,
-    bodies: &[Body],
-    parts: &Parts,
-    free: &Fit,
-) -> Option<Vec<[f64; NUMBERS]>> {
-    let k = problem.prior.len();
-    let of_bodies = parts.bodies.end;
-    let is_nothing = |i: usize| {
-        if i < of_bodies { problem.prior[i] <= 0.0 } else { free.covariance[(i, i)] <= 0.0 }
-    };
-    let (mut form, along) = problem.form(&free.weights);
-    let pull: Vec<f64> =
-        (0..k)
-            .map(|i| {
-                if i < of_bodies && problem.prior[i] > 0.0 {
-                    problem.prior[i].powi(-2)
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-    for i in 0..k {
-        // Twice: what is usual, and what pulls the two steps together.
-        form[(i, i)] += 2.0 * pull[i] + 1e-12 * form[(i, i)] + 1e-300;
-        if is_nothing(i) {
-            form[(i, i)] = f64::MAX.sqrt();
-        }
-    }
-    let inverse = form.cholesky()?.inverse();
-    let mut near = DVector::zeros(k);
-    let mut apart: DVector<f64> = DVector::zeros(k);
-    for _ in 0..AGREEING {
-        let wanted: DVector<f64> = &near - &apart;
-        let towards = DVector::from_fn(k, |i, _| along[i] + pull[i] * wanted[i]);
-        let x: DVector<f64> = &inverse * towards;
-        let between = &x + &apart;
-        near.copy_from(&between);
-        for (b, body) in bodies.iter().enumerate() {
-            let changes: [f64; NUMBERS] = std::array::from_fn(|n| between[b * NUMBERS + n]);
-            for (n, by) in nearest(body, &changes).into_iter().enumerate() {
-                near[b * NUMBERS + n] = by;
-            }
-        }
-        apart = between - &near;
-    }
-    Some((0..bodies.len()).map(|b| std::array::from_fn(|n| near[b * NUMBERS + n])).collect())
-}
-
-/// How often the two steps are taken: far more often than they take to agree.
-const AGREEING: usize = 200;

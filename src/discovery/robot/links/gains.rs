@@ -8,19 +8,61 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::super::term::SENSIBLE_GAIN;
+use super::super::term::{Law, SENSIBLE_GAIN, Term};
 use super::fit::{Fit, Parts, Problem};
+use super::own::Links;
+use crate::discovery::selection::{Hypothesis, Rival};
 
 /// How much more a gain must explain than the other numbers do by themselves, in -2 ln of the odds.
-const PAYS: f64 = 20.0;
+pub(super) const PAYS: f64 = 20.0;
 /// It must take away a tenth of what is left of some sensor, in squares.
-const MATTERS: f64 = 0.9;
+pub(super) const MATTERS: f64 = 0.9;
 /// The gains between which the first look is taken, as logarithms.
 const LOOK: f64 = 0.1;
 /// Logarithms nearer to each other are one.
 const SAME: f64 = 1e-3;
 /// How often the parabola through the three best looks is followed.
 const STEPS: usize = 4;
+
+/// A torque sensor that shows more or less than there is, by a factor.
+#[derive(Debug)]
+pub(in super::super) struct Gain {
+    pub(in super::super) joint: usize,
+    pub(in super::super) factor: f64,
+    /// One standard deviation of it.
+    pub(in super::super) std: f64,
+    /// The bodies that go with it.
+    pub(in super::super) links: Links,
+    /// How much it explains beside them, in -2 ln of the odds.
+    pub(in super::super) explained: f64,
+}
+
+impl Gain {
+    /// Returns it in the place of the gain chosen, which is the effect of a hypothesis at `at` and explains `chosen`.
+    pub(in super::super) fn instead_of(
+        &self,
+        chosen: f64,
+        at: usize,
+        h: &Hypothesis<Term>,
+    ) -> Rival<Term> {
+        let behind = chosen - self.explained;
+        let own = h.parameters.len() - h.terms.iter().map(|t| t.law.specs().len()).sum::<usize>();
+        let before: usize = h.terms[..at].iter().map(|term| term.law.specs().len()).sum();
+        let mut other = h.clone();
+        let last = h.parameters.len() - 1;
+        other.terms.remove(at);
+        other.parameters.remove(own + before);
+        other.terms.push(Term { law: Law::TorqueGain, joint: self.joint });
+        other.parameters.push(self.factor);
+        let covariance = std::mem::take(&mut other.covariance)
+            .remove_row(own + before)
+            .remove_column(own + before);
+        other.covariance = covariance.insert_row(last, 0.0).insert_column(last, 0.0);
+        other.covariance[(last, last)] = self.std.powi(2);
+        other.train += behind;
+        Rival { instead_of: at, hypothesis: other, behind, stability: 0.0 }
+    }
+}
 
 /// A gain that fits with the numbers that go with it.
 pub(super) struct Shown {
@@ -36,11 +78,18 @@ pub(super) struct Shown {
     pub(super) explained: f64,
 }
 
+impl Shown {
+    /// Returns it as an effect.
+    pub(super) fn term(&self) -> Term {
+        Term { law: Law::TorqueGain, joint: self.joint }
+    }
+}
+
 /// Returns the gains that pay beside the numbers of `list`, the best first; `plain` is the fit without any.
 pub(super) fn shown(
     problem: &Problem,
     parts: &Parts,
-    list: &[&Range<usize>],
+    list: &[Range<usize>],
     plain: &Fit,
 ) -> Vec<Shown> {
     let directions = parts.only(list);

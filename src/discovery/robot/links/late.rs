@@ -13,8 +13,9 @@ use super::super::channels::Quantity;
 use super::super::explain::ArmGap;
 use super::super::term::{Law, Term};
 use super::body::NUMBERS;
-use super::fit::{Parts, Problem};
-use super::{BETTER, CREEPS, Columns, of_joints, problem};
+use super::columns::{Columns, problem};
+use super::fit::{BETTER, CREEPS, Parts, Problem};
+use super::of_joints;
 use crate::discovery::selection::{Residuals as _, Set};
 
 /// So many of its standard deviations it must be from none. Chosen: of five, chance gives one in two million.

@@ -7,8 +7,9 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::super::explain::ArmGap;
-use super::fit::{Fit, Parts, Problem, Sums};
-use super::{CREEPS, Columns, problem, tells};
+use super::columns::{Columns, problem};
+use super::fit::{CREEPS, Fit, Parts, Problem, Sums};
+use super::tells;
 use crate::discovery::selection::Set;
 
 /// Of so many recordings every way to part them is tried; of more each by itself against the others.

@@ -18,7 +18,7 @@ pub(in super::super) use at_rest::are_poses;
 
 use super::channels::Data;
 use super::error::Misfit;
-use super::links::BETTER;
+use super::links::fit::BETTER;
 use super::plant::Arm;
 use super::plausible;
 use super::term::Term;
