@@ -102,10 +102,14 @@ pub(super) struct PlanArgs {
     /// The problem: start, goals, obstacles.
     #[arg(long, value_name = "FILE.json")]
     problem: PathBuf,
-    /// How many samples a path is searched with, from 1 to 1000000; as many again with less room where there is none.
+    /// How many samples a path is searched with in all, from 1 to 1000000; a way with 3 mm of room is searched for first.
     #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = numbers::samples)]
     samples: usize,
 }
+
+/// Where more samples than usual are asked for there is a usual budget for each so many. Chosen: of trees that large a search goes
+/// on to its last sample.
+const SAMPLES_OF_A_BUDGET: usize = 50_000;
 
 /// What rows of joint positions look like.
 const ROWS: &str = "numbers stand between commas, one row a line; a header may name the columns and their units; another arm than the \
@@ -319,9 +323,10 @@ pub(super) fn robot(
             let settings =
                 rrt::Settings { max_samples: args.samples, ..rrt::Settings::seeded(seed) };
             watch_interrupt()?;
-            // Who asks for more samples is to have them.
-            let times = args.samples.div_ceil(SAMPLES) as u64;
-            let budget = Budget::of(budget::USUAL.saturating_mul(times), is_interrupted);
+            // Who asks for more samples than usual is to have them.
+            let is_usual = args.samples <= SAMPLES;
+            let times = if is_usual { 1 } else { args.samples.div_ceil(SAMPLES_OF_A_BUDGET) };
+            let budget = Budget::of(budget::USUAL.saturating_mul(times as u64), is_interrupted);
             let found = {
                 let means = motion.into();
                 answer::plan(&robot, &problem, means, &settings, &budget, &mut now_us)

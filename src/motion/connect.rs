@@ -42,20 +42,35 @@ const RANGE_IN_CONE: f64 = 0.4;
 /// What bringing a sample into the cone costs, in units of [`super::Budget`].
 const PROJECTING: u64 = 200;
 
+/// Samples that the searches for one path have grown a tree towards, and how many that may be in all.
+#[derive(Debug)]
+pub(super) struct Samples {
+    pub(super) tried: usize,
+    pub(super) most: usize,
+}
+
+impl Samples {
+    /// Returns how many may be tried yet.
+    pub(super) fn left(&self) -> usize {
+        self.most.saturating_sub(self.tried)
+    }
+}
+
 /// One search between two sets of configurations.
 pub(super) struct Search<'a, 's> {
     pub(super) solver: &'s Solver<'s>,
     pub(super) motions: &'a mut Motions<'s>,
     /// Longest step of a tree, rad.
     pub(super) range: f64,
+    /// Samples of this search, if so many are left.
     pub(super) max_samples: usize,
     /// Configurations that may be looked at.
     pub(super) max_checks: usize,
     /// Samples through which no shorter way leads than this, rad, are moved to where one does.
     pub(super) within: f64,
     pub(super) seed: u64,
-    /// Samples drawn so far.
-    pub(super) samples: &'a mut usize,
+    /// Samples of all searches.
+    pub(super) samples: &'a mut Samples,
     /// Memory for the end of a step.
     pub(super) next: Vec<f64>,
 }
@@ -113,12 +128,12 @@ impl Search<'_, '_> {
         let mut stuck = [0_usize; 2];
         let (mut drawn, mut tried) = (0, 0);
         let looked = self.motions.checks;
-        while tried < self.max_samples
-            && drawn < self.max_samples.saturating_mul(DRAWN)
+        let max_samples = self.max_samples.min(self.samples.left());
+        while tried < max_samples
+            && drawn < max_samples.saturating_mul(DRAWN)
             && self.motions.checks - looked < self.max_checks
         {
             drawn += 1;
-            *self.samples += 1;
             // The smaller one grows, as long as it takes.
             if trees[active].len() > trees[1 - active].len() {
                 active = 1 - active;
@@ -142,6 +157,7 @@ impl Search<'_, '_> {
                 continue;
             }
             tried += 1;
+            self.samples.tried += 1;
             let mut share = 1.0;
             let grown = loop {
                 match self.extend(&mut trees[active], from, &sample, share)? {
@@ -167,7 +183,7 @@ impl Search<'_, '_> {
             }
         }
         Err(Error::NoPath {
-            samples: *self.samples,
+            samples: self.samples.tried,
             why: NoWay::NeverMet { start: trees[0].len(), goal: trees[1].len() },
         })
     }

@@ -122,7 +122,7 @@ pub enum Error {
     /// No path was found.
     #[error("no path found with {samples} samples: {why}")]
     NoPath {
-        /// How many samples were drawn.
+        /// How many samples trees were grown towards; of policies, how many steps they made.
         samples: usize,
         /// What is known about it.
         why: NoWay,

@@ -13,7 +13,7 @@ use super::budget::Budget;
 use super::certify::LEFT;
 use super::collision::CollisionWorld;
 pub use super::cone::Cone;
-use super::connect::Search;
+use super::connect::{Samples, Search};
 use super::error::Error;
 use super::fault::NoWay;
 use super::ik::{Solver, wrap};
@@ -27,6 +27,11 @@ use super::simplify::{passed_by, simplified};
 /// last no path is certain. Chosen: through a slot that leaves 2 mm on either side searches that keep 0.5 mm found seven ways of eight,
 /// those that keep 0.1 mm four, since what they found was not certain.
 const ROOMS: [f64; 3] = [0.003, 0.0005, LEFT];
+/// Samples that are kept for each search with less room while one with more goes on, or this share of all where that is more; where there
+/// are not so many, all searches have the same. Chosen: each had so many when it was counted by itself, so what was found then still is; who
+/// asks for many more has most of them for what keeps room, as most ways do.
+const KEPT: usize = 50_000;
+const KEPT_SHARE: usize = 10;
 /// A path that is no longer than so many times the straight way is not searched a shorter one for. Chosen.
 const SHORT: f64 = 1.2;
 /// Configurations that may be looked at for other ways than the first, in all: about 30 µs. Chosen.
@@ -34,7 +39,7 @@ const CHECKS_FOR_OTHERS: usize = 800;
 /// Samples for a search with nothing but certain motions, each of which costs a hundred times a look. Chosen: of 8,400 searches of the
 /// Panda's problems five came to that and drew 1,761 at most; an end that no certain motion leaves is given up after a second, not ten.
 const SAMPLES_OF_CERTAIN: usize = 2000;
-/// Who asks for more samples than usual has so many for each of certain motions.
+/// Where a search may try many samples there are so many for each of certain motions.
 const SAMPLES_FOR_A_CERTAIN: usize = 10;
 /// Samples for the search between the ends of one edge that is not certain.
 const SAMPLES_TO_MEND: usize = 500;
@@ -44,7 +49,8 @@ const SAMPLES_TO_MEND: usize = 500;
 pub struct Settings {
     /// Seed of all chance.
     pub seed: u64,
-    /// How many samples a tree is grown towards before giving up, or asking for less room; ten times as many are drawn at most.
+    /// How many samples trees are grown towards before giving up, by all searches for one path together; where it may graze some
+    /// are kept for those with less room. Ten times as many are drawn at most. Policies that are led search for each goal by itself.
     pub max_samples: usize,
     /// Whether a path may come as near to something as the margin, where none is found that keeps more room.
     pub may_graze: bool,
@@ -62,7 +68,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 0,
-            max_samples: 20_000,
+            max_samples: 60_000,
             may_graze: true,
             range: 0.7,
             resolution: 0.15,
@@ -86,7 +92,7 @@ pub struct Path {
     pub corners: Vec<Vec<f64>>,
     /// Which goal it leads to.
     pub goal: usize,
-    /// Samples drawn; 0 if the straight motion was free with room beyond the margin.
+    /// Samples that trees were grown towards; 0 if the straight motion was free.
     pub samples: usize,
     /// Configurations checked for collision.
     pub checks: usize,
@@ -155,10 +161,13 @@ pub fn plan(
     }
 
     let mut motions = Motions::new(robot, world, cone, (0.0, settings.resolution), budget);
-    let mut samples = 0;
+    let mut samples = Samples { tried: 0, most: settings.max_samples };
     let mut none = Error::NoGoal;
-    for pad in pads {
+    let n_searches = pads.len();
+    for (done, pad) in pads.into_iter().enumerate() {
         motions.pad = pad;
+        let max_samples = share(&samples, done, n_searches);
+        let settings = &Settings { max_samples, ..*settings };
         // The roomiest goal has twice the room, so one is left; were none, the search would have nowhere to go.
         let roomy = usable.iter().zip(&rooms);
         let roomy = roomy.filter(|(_, room)| **room > pad || goal_room <= 0.0);
@@ -177,7 +186,7 @@ pub fn plan(
                 return Ok(Path {
                     corners,
                     goal,
-                    samples,
+                    samples: samples.tried,
                     checks: motions.checks,
                     raw_length,
                     policies_failed: None,
@@ -188,6 +197,13 @@ pub fn plan(
         }
     }
     Err(none)
+}
+
+/// Returns how many samples the next search may try when `done` of `n_searches` have ended: what is left, but for what is kept for those after it.
+fn share(samples: &Samples, done: usize, n_searches: usize) -> usize {
+    let each = samples.most / n_searches;
+    let kept = each.min(KEPT.max(samples.most / KEPT_SHARE));
+    samples.left().saturating_sub((n_searches - done - 1) * kept)
 }
 
 /// What messages call a goal: one of several has its number, from 1 on.
@@ -204,7 +220,7 @@ fn certain<'s>(
     motions: &mut Motions<'s>,
     settings: &Settings,
     ends: (&[f64], &[(usize, Vec<f64>)]),
-    samples: &mut usize,
+    samples: &mut Samples,
 ) -> Result<Found, Error> {
     let (goal, corners, raw_length) = searched(solver, motions, settings, ends, samples)?;
     if let Some(corners) = mended(solver, motions, settings, corners, samples)? {
@@ -228,7 +244,7 @@ fn nearer<'s>(
     (start, goals): (&[f64], &[(usize, Vec<f64>)]),
     rooms: &[f64],
     within: f64,
-    samples: &mut usize,
+    samples: &mut Samples,
 ) -> Result<Option<Found>, Error> {
     let pad = motions.pad;
     let close = goals
@@ -274,7 +290,7 @@ fn searched<'s>(
     motions: &mut Motions<'s>,
     settings: &Settings,
     (start, goals): (&[f64], &[(usize, Vec<f64>)]),
-    samples: &mut usize,
+    samples: &mut Samples,
 ) -> Result<Found, Error> {
     let Settings { seed, max_samples, range, shortcuts, others, .. } = *settings;
     let mut search = Search {
@@ -322,7 +338,7 @@ fn mended<'s>(
     motions: &mut Motions<'s>,
     settings: &Settings,
     corners: Vec<Vec<f64>>,
-    samples: &mut usize,
+    samples: &mut Samples,
 ) -> Result<Option<Vec<Vec<f64>>>, Error> {
     let mut path: Vec<Vec<f64>> = Vec::with_capacity(corners.len());
     for corner in corners {
@@ -399,4 +415,31 @@ pub fn short_way(robot: &Robot, start: &[f64], goal: &[f64]) -> Vec<f64> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With 50,000 samples asked for three searches tried so many each.
+    #[test]
+    fn searches_share_their_samples_and_each_has_what_is_kept_for_it() {
+        let shares = |most: usize| {
+            let mut samples = Samples { tried: 0, most };
+            [0, 1, 2].map(|done| {
+                let share = share(&samples, done, 3);
+                samples.tried += share;
+                share
+            })
+        };
+        assert_eq!(shares(150_000), [50_000; 3]);
+        assert_eq!(shares(500_000), [400_000, 50_000, 50_000]);
+        assert_eq!(shares(1_000_000), [800_000, 100_000, 100_000]);
+        assert_eq!(shares(1000), [334, 333, 333]);
+        assert_eq!(shares(1), [1, 0, 0]);
+        // What the first leaves is the second's.
+        let samples = Samples { tried: 10, most: 150_000 };
+        assert_eq!(share(&samples, 1, 3), 99_990);
+        assert_eq!(share(&samples, 0, 1), 149_990);
+    }
 }

@@ -171,6 +171,38 @@ fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
     assert!(!said.json()["reason"].as_str().unwrap().is_empty());
 }
 
+/// With `--samples 1000` there was "no path found with 13134 samples", and "`--samples 10000` searches longer".
+#[test]
+fn samples_are_counted_in_all_and_more_are_offered_than_were_tried() {
+    let scratch = Scratch::new("cli-plan-samples");
+    let joint = |name: &str, from: &str, to: &str, axis: &str| {
+        format!(
+            r#"<joint name="{name}" type="prismatic"><parent link="{from}"/><child link="{to}"/><axis xyz="{axis}"/>
+               <limit lower="-1" upper="1" velocity="1" effort="100"/></joint>"#
+        )
+    };
+    let joints = [joint("x", "base", "bar", "1 0 0"), joint("y", "bar", "body", "0 1 0")].concat();
+    scratch.file(
+        "cube.urdf",
+        format!(
+            r#"<robot name="cube"><link name="base"/><link name="bar"/><link name="body"><collision>
+               <geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>{joints}</robot>"#
+        ),
+    );
+    scratch.file(
+        "wall.json",
+        r#"{"start": [-0.5, 0], "goals": [[0.5, 0]], "obstacles": [{"name": "wall", "shape": "box",
+            "size_m": [0.1, 4, 1], "pose": {"xyz_m": [0, 0, 0], "quat_wxyz": [1, 0, 0, 0]}}]}"#,
+    );
+    let args = ["robot", "plan", "--robot-file", "cube.urdf", "--problem", "wall.json", "--json"];
+    let said = scratch.trueup(&[&args[..], &["--samples", "40"]].concat());
+    assert_eq!((said.code, said.err.as_str()), (1, ""), "{}", said.out);
+    let answer = said.json();
+    let reason = answer["reason"].as_str().unwrap();
+    assert!(reason.starts_with("no path found with 40 samples: "), "{reason}");
+    assert!(answer["help"].as_str().unwrap().starts_with("`--samples 400` searches"), "{answer}");
+}
+
 #[test]
 fn bad_numbers_are_one_message_and_exit_code_2() {
     let scratch = Scratch::new("cli-robot-numbers");

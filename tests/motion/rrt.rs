@@ -233,3 +233,23 @@ fn a_goal_with_little_room_counts_beside_one_with_more() {
         }
     }
 }
+
+/// "no path found with 13134 samples", where 1000 were asked for: searches with several distances had so many each, and what
+/// was drawn and not used was counted.
+#[test]
+fn no_more_samples_are_tried_than_there_may_be_in_all() {
+    let robot = Robot::from_urdf(SLIDING, None).unwrap();
+    let solver = Solver::new(&robot);
+    let world = CollisionWorld::new(&robot).with(&[slab("wall", (0.0, 0.0), (0.05, 2.0))]);
+    let run = Budget::new(|| false);
+    for max_samples in [1, 2, 10, 300, 1000] {
+        for may_graze in [true, false] {
+            let settings = Settings { max_samples, may_graze, ..Settings::seeded(1) };
+            let found =
+                plan(&solver, &world, &[-0.5, 0.0], &[vec![0.5, 0.0]], None, &settings, &run);
+            let Err(Error::NoPath { samples, .. }) = found else { panic!("{found:?}") };
+            assert!(samples <= max_samples, "{samples} of {max_samples}");
+            assert!(10 * samples > 9 * max_samples, "{samples} of {max_samples}");
+        }
+    }
+}

@@ -28,8 +28,8 @@ const REPORT_STEP: f64 = 0.01;
 const REPORTED: f64 = 20_000.0;
 /// So many corners of a path are shown to people at most.
 const SHOWN: usize = 12;
-/// A path is searched for with so many samples unless another number is asked for. Chosen: what has none is given up within seconds.
-pub const SAMPLES: usize = 50_000;
+/// A path is searched for with so many samples in all unless another number is asked for. Chosen: what has none is given up within seconds.
+pub const SAMPLES: usize = 150_000;
 /// So many samples can be asked for. Chosen: what has been searched through fits into memory.
 pub const MOST_SAMPLES: usize = 1_000_000;
 /// Joints of one kind whose path is no longer than this do not move, rad or m: the last digit of an encoder.
@@ -464,13 +464,14 @@ mod tests {
     #[test]
     fn no_path_says_how_to_search_longer() {
         let why = NoWay::NeverMet { start: 611, goal: 610 };
-        let error = Error::NoPath { samples: 25_141, why };
-        let help = more(&error, SAMPLES);
+        let error = Error::NoPath { samples: 50_000, why };
+        let help = more(&error, 50_000);
         let told =
             PlanAnswer::NotFound { found: false, reason: error.to_string(), help }.lines(&[]);
-        assert!(told.starts_with("no path found with 25141 samples"), "{told}");
+        assert!(told.starts_with("no path found with 50000 samples"), "{told}");
         assert!(told.contains("\nhelp: `--samples 500000` searches longer"), "{told}");
         assert!(told.contains("`--seed`"), "{told}");
+        assert!(more(&error, SAMPLES).unwrap().starts_with("`--samples 1000000` "));
         let most = more(&error, MOST_SAMPLES).unwrap();
         assert!(!most.contains("--samples"), "{most}");
         let grazes = Error::NoPath { samples: 3, why: NoWay::Grazes };

@@ -31,6 +31,9 @@ const BESIDE: f64 = 0.005;
 /// What looking for a way with that much room may cost, in units of a [`Budget`]: a second. All that a pour plans costs half of it.
 const CAREFUL: u64 = 20_000_000;
 
+/// A way is searched for with so many samples. Chosen: what has none is given up after a tenth of a second, and something else is planned.
+const SAMPLES: usize = 20_000;
+
 /// A free motion in two stretches, with a rest between.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Way {
@@ -93,7 +96,8 @@ impl Planner {
         let robot = self.robot().clone().with_reserve(END_RESERVE, &[&self.q, &goals[0]]);
         let solver = Solver::new(&robot);
         // An arm that is led is off by more than what would be left: where there is no way with room, something else is planned.
-        let settings = rrt::Settings { may_graze: false, ..rrt::Settings::seeded(seed) };
+        let settings =
+            rrt::Settings { may_graze: false, max_samples: SAMPLES, ..rrt::Settings::seeded(seed) };
         // An arm that is caught is told by the search what it touches.
         let out = escape::leave(&solver, &world, &self.q, cone.as_ref(), &self.budget);
         let out = out.unwrap_or_else(|| vec![self.q.clone()]);
