@@ -172,6 +172,42 @@ fn a_problem_that_cannot_be_solved_or_read_says_why() {
     assert!(Problem::parse("{\"start\": 3}").unwrap_err().to_string().contains("line 1"));
 }
 
+/// `held`, `walls` and `speed` were passed over without a word, and the path led through them.
+#[test]
+fn a_key_of_a_problem_that_is_not_read_is_refused_and_a_label_is_not() {
+    let said = |change: &dyn Fn(&mut Value)| {
+        let mut changed = problem();
+        change(&mut changed);
+        Problem::parse(&changed.to_string()).map(|_| ()).map_err(|error| error.to_string())
+    };
+    for key in ["held", "attached", "walls", "objects", "world", "speed", "joints"] {
+        let told = said(&|problem| problem[key] = json!([])).unwrap_err();
+        let end = format!("unknown key `{key}`; known: start, goals, obstacles, margin_m");
+        assert!(told.ends_with(&end), "{told}");
+    }
+    let told = said(&|problem| problem["margin"] = json!(0.1)).unwrap_err();
+    assert!(told.ends_with("unknown key `margin`; did you mean `margin_m`?"), "{told}");
+    // What is there is not what was meant.
+    let told = said(&|problem| problem["obstacle"] = json!([])).unwrap_err();
+    assert!(told.ends_with("margin_m"), "{told}");
+    let told = said(&|problem| problem["obstacles"][1]["velocity_m_s"] = json!(1)).unwrap_err();
+    assert!(told.contains("obstacle cylinder 2: unknown key `velocity_m_s`; known: "), "{told}");
+    let told = said(&|problem| {
+        problem["obstacles"][0]["name"] = json!("door");
+        problem["obstacles"][0]["pose"]["rpy_deg"] = json!([0, 0, 90]);
+    });
+    let told = told.unwrap_err();
+    assert!(told.contains("obstacle door: pose: unknown key `rpy_deg`; known: xyz_m"), "{told}");
+    let labelled = said(&|problem| {
+        for key in ["name", "index", "comment", "description"] {
+            problem[key] = json!(3);
+        }
+        problem["obstacles"][0]["index"] = json!(1);
+        problem["obstacles"][0]["comment"] = json!("as measured");
+    });
+    assert_eq!(labelled, Ok(()));
+}
+
 /// Whatever numbers a problem holds, it is answered or refused in one sentence.
 #[test]
 fn a_problem_with_bad_numbers_is_refused_and_never_panics() {

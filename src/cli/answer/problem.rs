@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use serde::Deserialize;
+use serde_json::{Map, Value};
 
 use super::rows::FARTHEST;
 use crate::language::nearest;
@@ -18,6 +19,13 @@ const WIDEST: f64 = 0.5;
 /// So many goals and so many obstacles are taken.
 const GOALS: usize = 10_000;
 const OBSTACLES: usize = 10_000;
+
+/// What a problem, one of its obstacles and the pose of one hold.
+const KEYS: [&str; 4] = ["start", "goals", "obstacles", "margin_m"];
+const KEYS_OF_OBSTACLES: [&str; 4] = ["name", "shape", "pose", "size_m"];
+const KEYS_OF_POSES: [&str; 2] = ["xyz_m", "quat_wxyz"];
+/// What any of them may be labelled with: nothing of it is planned with.
+const LABELS: [&str; 4] = ["name", "index", "comment", "description"];
 
 /// A planning problem, as its file has it.
 #[derive(Debug, Clone, Deserialize)]
@@ -47,19 +55,35 @@ pub struct ProblemObstacle {
     pub size_m: Vec<f64>,
 }
 
-/// Refuses a key that is most likely a slip of one that would be read and is not there.
-fn check_keys(keys: &[&String], known: &[&str]) -> Result<(), Error> {
-    let is_there = |name: &str| keys.iter().any(|key| *key == name);
-    let slip = |key: &&&String| !known.contains(&key.as_str());
-    for key in keys.iter().filter(slip) {
-        let meant = nearest(key, known.iter().copied()).filter(|meant| !is_there(meant));
-        if let Some(meant) = meant {
-            let what =
-                format!("not a planning problem: `{key}` is not read; did you mean `{meant}`?");
-            return Err(Error::Input { what });
-        }
-    }
-    Ok(())
+/// Refuses a key that is neither read nor a label, of the problem or of an obstacle in it: what it holds would be left out of what is
+/// planned.
+fn check_keys(of: &str, entry: &Map<String, Value>, known: &[&str]) -> Result<(), Error> {
+    let is_read = |key: &str| known.contains(&key) || LABELS.contains(&key);
+    let Some(key) = entry.keys().find(|key| !is_read(key.as_str())) else { return Ok(()) };
+    let missing = known.iter().copied().filter(|name| !entry.contains_key(*name));
+    let hint = match nearest(key, missing) {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => format!("known: {}", known.join(", ")),
+    };
+    let what = format!("not a planning problem: {of}unknown key `{key}`; {hint}");
+    Err(Error::Input { what })
+}
+
+/// Refuses keys of an obstacle, and of its pose, that are not read; the first obstacle has the index 0.
+fn check_obstacle(index: usize, obstacle: &Value) -> Result<(), Error> {
+    // What is no obstacle at all is told with line and column where it is read.
+    let Some(obstacle) = obstacle.as_object() else { return Ok(()) };
+    let text = |key: &str| obstacle.get(key).and_then(Value::as_str);
+    let which = format!("obstacle {}: ", called(text("name"), text("shape").unwrap_or(""), index));
+    check_keys(&which, obstacle, &KEYS_OF_OBSTACLES)?;
+    let pose = obstacle.get("pose").and_then(Value::as_object);
+    pose.map_or(Ok(()), |pose| check_keys(&format!("{which}pose: "), pose, &KEYS_OF_POSES))
+}
+
+/// Returns what messages call an obstacle: by its name, or by its shape and number, from 1 on.
+fn called(name: Option<&str>, shape: &str, index: usize) -> String {
+    let numbered = || format!("{shape} {}", index + 1).trim_start().to_owned();
+    name.map_or_else(numbered, str::to_owned)
 }
 
 impl Problem {
@@ -67,15 +91,18 @@ impl Problem {
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] with the line and column of what is wrong; for a key that is most likely a slip of one that is
-    /// known, since what it holds would be left out. Other keys are the file's own.
+    /// [`Error::Input`] with the line and column of what is wrong; for a key that is not known, since what it holds would be
+    /// left out. Labels may be anywhere: `name`, `index`, `comment`, `description`.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let said = |error: serde_json::Error| Error::Input {
             what: format!("not a planning problem: {error}"),
         };
-        let keys: serde_json::Map<String, serde_json::Value> =
-            serde_json::from_str(text).map_err(said)?;
-        check_keys(&keys.keys().collect::<Vec<_>>(), &["start", "goals", "obstacles", "margin_m"])?;
+        let problem: Map<String, Value> = serde_json::from_str(text).map_err(said)?;
+        check_keys("", &problem, &KEYS)?;
+        let obstacles = problem.get("obstacles").and_then(Value::as_array);
+        for (index, obstacle) in obstacles.into_iter().flatten().enumerate() {
+            check_obstacle(index, obstacle)?;
+        }
         serde_json::from_str(text).map_err(said)
     }
 
@@ -109,10 +136,7 @@ impl Problem {
         }
         let mut obstacles = Vec::with_capacity(self.obstacles.len());
         for (index, obstacle) in self.obstacles.iter().enumerate() {
-            let name = obstacle
-                .name
-                .clone()
-                .unwrap_or_else(|| format!("{} {}", obstacle.shape, index + 1));
+            let name = called(obstacle.name.as_deref(), &obstacle.shape, index);
             let fail =
                 |what: String| Err(Error::Input { what: format!("obstacle {name}: {what}") });
             let sizes = SMALLEST..=FARTHEST;
