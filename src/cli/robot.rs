@@ -115,9 +115,13 @@ const SAMPLES_OF_A_BUDGET: usize = 50_000;
 const ROWS: &str = "numbers stand between commas, one row a line; a header may name the columns and their units; another arm than the \
     Gen3 is named by `--robot-file URDF`";
 
+/// What poses look like.
+const POSES: &str = "a pose is `x,y,z,qw,qx,qy,qz`: a place in m, and a quaternion of length 1, w first; any other has that length when its \
+    four numbers are divided by its own";
+
 /// What a planning problem looks like.
 const PROBLEM: &str = "it holds {\"start\": [..], \"goals\": [[..]], \"obstacles\": [{\"shape\": \"box\", \"size_m\": [0.1, 0.1, 0.4], \
-     \"pose\": {\"xyz_m\": [0.5, 0, 0.2], \"quat_wxyz\": [1, 0, 0, 0]}}]}";
+     \"pose\": {\"xyz_m\": [0.5, 0, 0.2], \"quat_wxyz\": [1, 0, 0, 0]}}]}, with quaternions of length 1";
 
 /// What is asked of a robot, and so what is read of it.
 #[derive(Debug, Clone, Copy)]
@@ -281,7 +285,7 @@ pub(super) fn robot(
                 (None, Some(path)) => (data(path)?, path.display().to_string()),
                 (None, None) => (String::new(), "--pose".to_owned()),
             };
-            let poses = pose_rows(&text).map_err(|error| failure(&error).at(place))?;
+            let poses = pose_rows(&text).map_err(|error| failure(&error).at(place).help(POSES))?;
             let near = match &args.near {
                 None => Vec::new(),
                 Some(_) => rows_of(&robot, args.near.as_ref(), None, style)?.swap_remove(0),

@@ -208,6 +208,33 @@ fn a_key_of_a_problem_that_is_not_read_is_refused_and_a_label_is_not() {
     assert_eq!(labelled, Ok(()));
 }
 
+/// `robot plan` made [2, 0, 0, 0] and [1, 1, 0, 0] as long as they should be without a word, and `robot ik` refused them.
+#[test]
+fn a_quaternion_is_of_length_1_in_a_problem_as_in_a_pose() {
+    for (turn, length) in [
+        ([2.0, 0.0, 0.0, 0.0], Some("2.0000")),
+        ([1.0, 1.0, 0.0, 0.0], Some("1.4142")),
+        ([0.0; 4], Some("0.0000")),
+        // Rounded to two decimals.
+        ([0.27, 0.65, 0.65, 0.27], None),
+        ([-0.5, 0.5, -0.5, 0.5], None),
+    ] {
+        let mut turned = problem();
+        turned["obstacles"][2]["pose"]["quat_wxyz"] = json!(turn);
+        let planned = Problem::parse(&turned.to_string()).map(|_| ());
+        let [w, x, y, z] = turn;
+        let posed = pose_rows(&format!("0.5,0,0.3,{w},{x},{y},{z}")).map(|_| ());
+        let Some(length) = length else {
+            assert_eq!((planned, posed), (Ok(()), Ok(())), "{turn:?}");
+            continue;
+        };
+        let end = format!(" has length {length}, not 1");
+        let [planned, posed] = [planned, posed].map(|said| said.unwrap_err().to_string());
+        assert!(planned.contains("obstacle sphere 3: the quaternion quat_wxyz"), "{planned}");
+        assert!(planned.ends_with(&end) && posed.ends_with(&end), "{planned} {posed}");
+    }
+}
+
 /// Whatever numbers a problem holds, it is answered or refused in one sentence.
 #[test]
 fn a_problem_with_bad_numbers_is_refused_and_never_panics() {

@@ -1,10 +1,10 @@
 //! A planning problem, as `robot plan` is given it: JSON → start, goals and what stands in the way.
 
-use nalgebra::Vector3;
+use nalgebra::{Quaternion, Vector3};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use super::rows::FARTHEST;
+use super::rows::{FARTHEST, check_turn};
 use crate::language::nearest;
 use crate::motion::Error;
 use crate::motion::collision::{CollisionWorld, Obstacle};
@@ -69,15 +69,22 @@ fn check_keys(of: &str, entry: &Map<String, Value>, known: &[&str]) -> Result<()
     Err(Error::Input { what })
 }
 
-/// Refuses keys of an obstacle, and of its pose, that are not read; the first obstacle has the index 0.
+/// Refuses keys of an obstacle, and of its pose, that are not read, and a pose whose quaternion is none; the first obstacle has the index 0.
 fn check_obstacle(index: usize, obstacle: &Value) -> Result<(), Error> {
     // What is no obstacle at all is told with line and column where it is read.
     let Some(obstacle) = obstacle.as_object() else { return Ok(()) };
     let text = |key: &str| obstacle.get(key).and_then(Value::as_str);
     let which = format!("obstacle {}: ", called(text("name"), text("shape").unwrap_or(""), index));
     check_keys(&which, obstacle, &KEYS_OF_OBSTACLES)?;
-    let pose = obstacle.get("pose").and_then(Value::as_object);
-    pose.map_or(Ok(()), |pose| check_keys(&format!("{which}pose: "), pose, &KEYS_OF_POSES))
+    let Some(pose) = obstacle.get("pose").and_then(Value::as_object) else { return Ok(()) };
+    check_keys(&format!("{which}pose: "), pose, &KEYS_OF_POSES)?;
+    let turn = pose.get("quat_wxyz").and_then(Value::as_array);
+    let turn: Vec<f64> = turn.into_iter().flatten().filter_map(Value::as_f64).collect();
+    let &[w, x, y, z] = &turn[..] else { return Ok(()) };
+    check_turn("quat_wxyz", &Quaternion::new(w, x, y, z)).map_err(|fault| {
+        let what = format!("not a planning problem: {which}{fault}");
+        Error::Input { what }
+    })
 }
 
 /// Returns what messages call an obstacle: by its name, or by its shape and number, from 1 on.
@@ -92,7 +99,7 @@ impl Problem {
     /// # Errors
     ///
     /// [`Error::Input`] with the line and column of what is wrong; for a key that is not known, since what it holds would be
-    /// left out. Labels may be anywhere: `name`, `index`, `comment`, `description`.
+    /// left out; for a quaternion that is not of length 1. Labels may be anywhere: `name`, `index`, `comment`, `description`.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let said = |error: serde_json::Error| Error::Input {
             what: format!("not a planning problem: {error}"),

@@ -11,6 +11,22 @@ use crate::world::frame::{Base, Flange, Pose};
 /// size is lost in another's rounding.
 pub(super) const FARTHEST: f64 = 1e3;
 
+/// A quaternion's length may be off from 1 by this. Chosen: four numbers rounded to two decimals are off by no more.
+const OFF_UNIT: f64 = 1e-2;
+
+/// Refuses a quaternion, whose numbers are called `names`, that is not of length 1: it is no rotation, or not the one that was meant.
+///
+/// # Errors
+///
+/// What is wrong with it, in words.
+pub(super) fn check_turn(names: &str, turn: &Quaternion<f64>) -> Result<(), String> {
+    let length = turn.norm();
+    if (length - 1.0).abs() > OFF_UNIT {
+        return Err(format!("the quaternion {names} has length {length:.4}, not 1"));
+    }
+    Ok(())
+}
+
 /// Reads rows of numbers: comma-separated values, one row a line, with or without a header line. With a
 /// header, the columns named in `columns` are taken (units in brackets may follow a name, `q_1[deg]`); without, or
 /// when the header has none of these names, there must be just so many columns. Blank lines and `#` lines
@@ -124,14 +140,10 @@ pub fn pose_rows(text: &str) -> Result<Vec<Pose<Base, Flange>>, Error> {
                 return Err(Error::Input { what });
             }
             let q = Quaternion::new(row[3], row[4], row[5], row[6]);
-            if (q.norm() - 1.0).abs() > 1e-2 {
-                let what = format!(
-                    "pose {}: the quaternion qw, qx, qy, qz has length {:.4}, not 1",
-                    index + 1,
-                    q.norm()
-                );
-                return Err(Error::Input { what });
-            }
+            check_turn("qw, qx, qy, qz", &q).map_err(|fault| {
+                let what = format!("pose {}: {fault}", index + 1);
+                Error::Input { what }
+            })?;
             Ok(Pose::new(Isometry3::from_parts(
                 Translation3::new(row[0], row[1], row[2]),
                 UnitQuaternion::from_quaternion(q),
