@@ -161,6 +161,7 @@ fn a_plan_goes_round_an_obstacle_and_a_walled_in_goal_has_none() {
     assert_eq!((told.code, told.err.as_str()), (0, ""), "{}", told.out);
     assert!(told.out.lines().count() <= 18 && told.out.contains("`--json`"), "{}", told.out);
     assert!(told.out.contains(" mm from anything"), "{}", told.out);
+    assert!(told.out.contains(" corners to the goal, "), "{}", told.out);
 
     let on_the_goal = r#"{"shape": "sphere", "pose": {"xyz_m": [0.0, 0.0, 0.6], "quat_wxyz": [1, 0, 0, 0]},
                           "size_m": [0.6]}"#;

@@ -93,6 +93,11 @@ fn called(name: Option<&str>, shape: &str, index: usize) -> String {
     name.map_or_else(numbered, str::to_owned)
 }
 
+/// Names the goal that a path leads to for people, who count from 1; the index counts from 0.
+pub(super) fn to_goal(index: usize, n_goals: usize) -> String {
+    if n_goals == 1 { "the goal".to_owned() } else { format!("goal {} of {n_goals}", index + 1) }
+}
+
 impl Problem {
     /// Reads a problem from JSON.
     ///

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::problem::Problem;
+use super::problem::{Problem, to_goal};
 use crate::motion::Error;
 use crate::motion::budget::Budget;
 use crate::motion::collision::CollisionWorld;
@@ -129,8 +129,11 @@ pub enum PlanAnswer {
         length_rad: f64,
         /// Smallest distance to anything along the whole path and trajectory, m, to 0.1 mm; absent when nothing can be touched.
         min_clearance_m: Option<f64>,
-        /// Which of the goals is reached.
+        /// Which of the goals is reached, from 0.
         goal: usize,
+        /// How many there are, for people.
+        #[serde(skip)]
+        n_goals: usize,
         /// Why policies did not arrive, where they were asked for and the path is a searched one instead.
         #[serde(skip_serializing_if = "Option::is_none")]
         policies_failed: Option<String>,
@@ -173,17 +176,19 @@ impl PlanAnswer {
             }
             Self::NotFound { reason, .. } => return reason.clone(),
             Self::Found {
-                found: _,
                 path_rad: path,
                 time_s: times,
                 trajectory,
                 planning_time_us: whole,
                 time_us: search,
-                length_rad: _,
                 min_clearance_m: least,
                 goal,
+                n_goals,
                 policies_failed: failed,
-            } => (path, times, trajectory, [whole, search], least, goal, failed),
+                ..
+            } => {
+                (path, times, trajectory, [whole, search], least, to_goal(*goal, *n_goals), failed)
+            }
         };
         let [planning, search] = took.map(|us| significant(1e-3 * us, 3));
         let duration = trajectory.t_s.last().copied().unwrap_or(0.0);
@@ -192,7 +197,7 @@ impl PlanAnswer {
             None => "can touch nothing".to_owned(),
         };
         let mut text = format!(
-            "a path of {} corners to goal {goal} (the first is 0), {} long\n\
+            "a path of {} corners to {goal}, {} long\n\
              the motion takes {} s and {clear}\n\
              planned in {planning} ms, of which the search took {search} ms\n",
             path.len(),
@@ -378,6 +383,7 @@ pub fn plan(
         time_s: passing_times(&path.corners, &t_s, &q_rad),
         length_rad: path.length(),
         goal: path.goal,
+        n_goals: goals.len(),
         policies_failed: path.policies_failed.map(|why| why.to_string()),
         path_rad: path.corners,
         trajectory: TrajectoryAnswer { t_s, q_rad },
@@ -444,11 +450,12 @@ mod tests {
             time_us: 8100.0,
             length_rad: 3.25,
             min_clearance_m: Some(0.003_03),
-            goal: 0,
+            goal: 1,
+            n_goals: 2,
             policies_failed: failed.map(str::to_owned),
         };
         let told = found(40, None).lines(&[false; 2]);
-        assert!(told.contains("40 corners") && told.contains("3.03 mm"), "{told}");
+        assert!(told.contains("40 corners to goal 2 of 2,") && told.contains("3.03 mm"), "{told}");
         assert!(told.ends_with("`--json` prints all corners, and the trajectory at 500 instants"));
         let rows: Vec<&str> = told.lines().skip(5).collect();
         assert_eq!(rows.len(), SHOWN + 1, "{told}");
