@@ -96,6 +96,18 @@ pub enum UrdfFault {
         /// Which it should follow.
         master: String,
     },
+    /// A joint that follows itself.
+    #[error("joint {joint} mimics itself")]
+    FollowsItself {
+        /// The joint.
+        joint: String,
+    },
+    /// Joints of which none leads.
+    #[error("joints {} mimic each other in a circle", joints.join(", "))]
+    Circle {
+        /// The joints: each follows the next, and the last the first.
+        joints: Vec<String>,
+    },
     /// A kind of joint nothing here can move.
     #[error(
         "joint {joint} is {kind:?}; only fixed, revolute, continuous and prismatic joints are known"

@@ -23,6 +23,7 @@ mod side;
 mod bounds;
 mod lacking;
 mod tree;
+mod mimic;
 mod turn;
 pub mod mesh;
 mod hull;

@@ -1,8 +1,9 @@
 //! A robot: links, joints and limits, read from a URDF and constant from then on.
 //!
 //! Joint positions `q` are those of the moving joints between the root link and the *tip*, base first.
-//! Joints off that path are the gripper's jaws: they are not part of `q` but follow one number, the
-//! opening. Where links are for some `q` is [`super::kinematics`]; torques are [`super::dynamics`].
+//! Joints off that path are the gripper's jaws, which are not part of `q` but follow one number, the
+//! opening, or follow a joint of the arm, as a rod beside it does. Where links are for some `q` is
+//! [`super::kinematics`]; torques are [`super::dynamics`].
 //!
 //! This is the program's one model of an arm: planning, the twin's physics, its pictures and the lab all
 //! take theirs from it. An arm that differs from its file (zeros, mounting) is another [`Robot`].
@@ -22,6 +23,7 @@ use super::frames::{Frame, Frames};
 use super::lacking::lacking;
 pub use super::links::{Drive, Joint, JointLimits, Link, Marker, Motion, Visual};
 use super::mesh;
+use super::mimic::Mimics;
 use super::side;
 use super::tree;
 use crate::files;
@@ -138,7 +140,7 @@ impl Robot {
             return Err(Error::Urdf { what });
         }
         let order = tree::order(&urdf)?;
-        let jaws = tree::jaws(&urdf, &order);
+        let mimics = Mimics::of(&urdf, &order)?;
         let meant = |name: Option<&str>| match name {
             Some(name) => order
                 .iter()
@@ -147,7 +149,7 @@ impl Robot {
                     name: name.to_owned(),
                     known: urdf.links.iter().map(|link| link.name.clone()).collect(),
                 }),
-            None => tree::default_tip(&urdf, &order, &jaws),
+            None => tree::default_tip(&urdf, &order, mimics.jaws()),
         };
         let own = side_file.tip.as_deref();
         let tip = match tip {
@@ -155,7 +157,7 @@ impl Robot {
             None => meant(own).map_err(side::named_in_file("tip"))?,
         };
         // Of several arms each has a pose of its own length.
-        let count = |tip| tree::count_entries(&urdf, &order, &jaws, tip);
+        let count = |tip| mimics.roles(&order, tip).entries.len();
         let whole =
             meant(own).map_or_else(|_| (0..order.len()).map(count).max(), |tip| Some(count(tip)));
         let whole = whole.unwrap_or_default();
@@ -179,7 +181,7 @@ impl Robot {
             way_end: Frame::base(),
         };
         robot.add_links(&urdf, &order, meshes)?;
-        robot.drive_joints(&urdf, &order, &jaws)?;
+        robot.drive_joints(&urdf, &order, &mimics.roles(&order, tip))?;
         side_file.apply(&mut robot, whole)?;
         robot.join_frames();
         robot.place_tool();

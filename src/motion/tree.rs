@@ -1,4 +1,4 @@
-//! The tree of a URDF: links in an order with parents first, which joints are jaws, and where the arm ends.
+//! The tree of a URDF: links in an order with parents first, and where the arm ends.
 
 use std::collections::BTreeMap;
 
@@ -95,60 +95,6 @@ pub(super) fn path(order: &[Step], tip: usize) -> Vec<usize> {
     path
 }
 
-/// Returns how many joints of their own, driven by nothing else, there are on the way to `tip`.
-pub(super) fn count_entries(
-    urdf: &urdf_rs::Robot,
-    order: &[Step],
-    jaws: &[bool],
-    tip: usize,
-) -> usize {
-    let is_own = |&&link: &&usize| {
-        let joint = order[link].joint.map(|at| &urdf.joints[at]);
-        let moves = |joint: &urdf_rs::Joint| joint.joint_type != JointType::Fixed;
-        joint.is_some_and(|joint| moves(joint) && joint.mimic.is_none()) && !jaws[link]
-    };
-    path(order, tip).iter().filter(is_own).count()
-}
-
-/// Returns, per link of `order`, whether its joint is a jaw: it moves with another that is neither
-/// above nor below it, as the two fingers of a gripper do.
-pub(super) fn jaws(urdf: &urdf_rs::Robot, order: &[Step]) -> Vec<bool> {
-    let name = |at: usize| order[at].joint.map(|j| urdf.joints[j].name.as_str());
-    let above = |high: usize, mut low: usize| {
-        loop {
-            if low == high {
-                return true;
-            }
-            match order[low].parent {
-                Some(parent) => low = parent,
-                None => return false,
-            }
-        }
-    };
-    let mut jaw = vec![false; order.len()];
-    for follower in 0..order.len() {
-        let Some(mimic) = order[follower].joint.and_then(|j| urdf.joints[j].mimic.as_ref()) else {
-            continue;
-        };
-        let master = (0..order.len()).find(|&at| name(at) == Some(mimic.joint.as_str()));
-        if let Some(master) = master
-            && !above(master, follower)
-            && !above(follower, master)
-        {
-            jaw[master] = true;
-            jaw[follower] = true;
-        }
-    }
-    // What follows a jaw is part of the gripper, also where it sits further out on the same finger.
-    for follower in 0..order.len() {
-        let mimic = order[follower].joint.and_then(|j| urdf.joints[j].mimic.as_ref());
-        let master =
-            mimic.and_then(|m| (0..order.len()).find(|&at| name(at) == Some(m.joint.as_str())));
-        jaw[follower] |= master.is_some_and(|master| jaw[master]);
-    }
-    jaw
-}
-
 /// Returns where the arm ends when nobody says: along the only way with moving joints, then the
 /// flange by its usual names, else the longest way of fixed joints.
 ///
@@ -161,9 +107,9 @@ pub(super) fn default_tip(
     order: &[Step],
     jaws: &[bool],
 ) -> Result<usize, Error> {
-    let moves = |at: usize| {
-        order[at].joint.is_some_and(|j| urdf.joints[j].joint_type != JointType::Fixed) && !jaws[at]
-    };
+    let joint_moves =
+        |at: usize| order[at].joint.is_some_and(|j| urdf.joints[j].joint_type != JointType::Fixed);
+    let moves = |at: usize| joint_moves(at) && !jaws[at];
     let leads =
         |at: usize| moves(at) && order[at].joint.is_some_and(|j| urdf.joints[j].mimic.is_none());
     // Whether anything at or beyond a link moves, and how many joints of their own there are on the longest way.
@@ -186,7 +132,8 @@ pub(super) fn default_tip(
             [] => break,
             [only] => {
                 at = only;
-                if moves(at) {
+                // What the arm goes on through is its own, also where something beside it moves alike.
+                if joint_moves(at) {
                     passed += 1;
                     last = at;
                 }

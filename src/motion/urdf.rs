@@ -18,6 +18,7 @@ use super::inertial::Inertial;
 use super::jaw;
 use super::knuckle::Knuckle;
 use super::mesh;
+use super::mimic::{Lead, Roles};
 use super::robot::{Drive, Joint, JointLimits, Link, Motion, Robot, Visual};
 use super::solid::{Placed, Solid, merge_capsules};
 use super::tree;
@@ -78,136 +79,115 @@ impl Robot {
         &mut self,
         urdf: &urdf_rs::Robot,
         order: &[tree::Step],
-        jaws: &[bool],
+        roles: &Roles<'_>,
     ) -> Result<(), Error> {
-        self.add_entries(urdf, order, jaws);
+        for &link in &roles.entries {
+            if let Some(at) = order[link].joint {
+                self.add_entry(&urdf.joints[at], link);
+            }
+        }
         if self.joints.is_empty() {
             return Err(Error::NoJoints { tip: self.links[self.tip].name.clone() });
         }
-        self.drive_followers(urdf, order, jaws)
+        self.drive_by_entries(roles);
+        self.drive_by_opening(urdf, order, roles);
+        Ok(())
     }
 
-    /// Makes the moving joints on the way to the tip the entries of q, base first.
-    fn add_entries(&mut self, urdf: &urdf_rs::Robot, order: &[tree::Step], jaws: &[bool]) {
-        let mut on_path = vec![false; order.len()];
-        for &link in &self.path {
-            on_path[link] = true;
+    /// Makes the joint that carries a link the next entry of q.
+    fn add_entry(&mut self, joint: &urdf_rs::Joint, link: usize) {
+        let limit = &joint.limit;
+        let continuous = joint.joint_type == urdf_rs::JointType::Continuous;
+        let (mut lower, mut upper) = self.links[link].joint.range;
+        if lower >= upper {
+            // The format's default is 0 to 0; a joint that may not move would be fixed.
+            (lower, upper) = (f64::NEG_INFINITY, f64::INFINITY);
+            self.notes.push(Note::NoRange { joint: joint.name.clone() });
         }
-        for (link, step) in order.iter().enumerate() {
-            let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
-            let moves = self.links[link].joint.motion != Motion::Fixed;
-            if !moves || !on_path[link] || jaws[link] || joint.mimic.is_some() {
-                continue;
+        let velocity = if limit.velocity > 0.0 { limit.velocity } else { f64::INFINITY };
+        if velocity.is_infinite() {
+            self.notes.push(Note::NoSpeed { joint: joint.name.clone() });
+        }
+        let velocity = if velocity.is_finite() { velocity } else { 1.0 };
+        let acceleration = if limit.acceleration.is_finite() && limit.acceleration > 0.0 {
+            limit.acceleration
+        } else {
+            self.states_accelerations = false;
+            velocity / TIME_TO_FULL_SPEED
+        };
+        self.joints.push(JointLimits {
+            name: joint.name.clone(),
+            link,
+            continuous,
+            lower,
+            upper,
+            velocity,
+            acceleration,
+            jerk: None,
+            effort: if limit.effort > 0.0 { limit.effort } else { f64::INFINITY },
+        });
+    }
+
+    /// Drives the entries of q and all that has the same lead as one of them, on the way to the tip or beside it.
+    fn drive_by_entries(&mut self, roles: &Roles<'_>) {
+        for (index, &entry) in roles.entries.iter().enumerate() {
+            let own = &roles.leads[entry];
+            for (link, lead) in roles.leads.iter().enumerate() {
+                let joint = &mut self.links[link].joint;
+                if lead.at == own.at && joint.motion != Motion::Fixed {
+                    let multiplier = lead.multiplier / own.multiplier;
+                    let offset = lead.offset - multiplier * own.offset;
+                    joint.drive = Drive::Joint { index, multiplier, offset };
+                }
             }
-            let index = self.joints.len();
-            let limit = &joint.limit;
-            let continuous = joint.joint_type == urdf_rs::JointType::Continuous;
-            let (mut lower, mut upper) = self.links[link].joint.range;
-            if lower >= upper {
-                // The format's default is 0 to 0; a joint that may not move would be fixed.
-                (lower, upper) = (f64::NEG_INFINITY, f64::INFINITY);
-                self.notes.push(Note::NoRange { joint: joint.name.clone() });
-            }
-            let velocity = if limit.velocity > 0.0 { limit.velocity } else { f64::INFINITY };
-            if velocity.is_infinite() {
-                self.notes.push(Note::NoSpeed { joint: joint.name.clone() });
-            }
-            let velocity = if velocity.is_finite() { velocity } else { 1.0 };
-            let acceleration = if limit.acceleration.is_finite() && limit.acceleration > 0.0 {
-                limit.acceleration
-            } else {
-                self.states_accelerations = false;
-                velocity / TIME_TO_FULL_SPEED
-            };
-            self.joints.push(JointLimits {
-                name: joint.name.clone(),
-                link,
-                continuous,
-                lower,
-                upper,
-                velocity,
-                acceleration,
-                jerk: None,
-                effort: if limit.effort > 0.0 { limit.effort } else { f64::INFINITY },
-            });
-            self.links[link].joint.drive = Drive::Joint { index, multiplier: 1.0, offset: 0.0 };
         }
     }
 
-    /// Drives what follows an entry of q with it, and everything else that moves with the gripper.
-    fn drive_followers(
-        &mut self,
-        urdf: &urdf_rs::Robot,
-        order: &[tree::Step],
-        jaws: &[bool],
-    ) -> Result<(), Error> {
+    /// Drives everything else that moves with the gripper.
+    fn drive_by_opening(&mut self, urdf: &urdf_rs::Robot, order: &[tree::Step], roles: &Roles<'_>) {
         let slides = (0..order.len())
             .filter(|&link| {
                 self.links[link].joint.motion == Motion::Slide
                     && self.links[link].joint.drive == Drive::None
             })
             .count();
-        let (mut idle, mut knuckles, mut leads) = (Vec::new(), Vec::new(), Vec::new());
-        for (link, step) in order.iter().enumerate() {
-            let Some(joint) = step.joint.map(|at| &urdf.joints[at]) else { continue };
-            if self.links[link].joint.motion == Motion::Fixed
-                || self.links[link].joint.drive != Drive::None
-            {
+        let (mut idle, mut knuckles, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
+        for (link, lead) in roles.leads.iter().enumerate() {
+            let joint = &mut self.links[link].joint;
+            if joint.motion == Motion::Fixed || joint.drive != Drive::None {
                 continue;
             }
-            let (multiplier, offset) = joint
-                .mimic
-                .as_ref()
-                .map_or((1.0, 0.0), |m| (m.multiplier.unwrap_or(1.0), m.offset.unwrap_or(0.0)));
-            let master = joint.mimic.as_ref().map(|mimic| mimic.joint.as_str());
-            let index = master.and_then(|name| self.joints.iter().position(|j| j.name == name));
-            if let (Some(name), None) = (master, index)
-                && !urdf.joints.iter().any(|other| other.name == name)
-            {
-                let (joint, master) = (joint.name.clone(), name.to_owned());
-                let what = UrdfFault::NoMaster { joint, master };
-                return Err(Error::Urdf { what });
-            }
-            self.links[link].joint.drive = match index {
-                Some(index) => Drive::Joint { index, multiplier, offset },
+            let &Lead { at: leader, multiplier, offset } = lead;
+            if joint.motion == Motion::Slide {
                 // Each of two jaws goes half the opening.
-                None if self.links[link].joint.motion == Motion::Slide => {
-                    let lead = master.map_or(Some(joint), |name| slide_that_leads(urdf, name));
-                    let is_inwards = lead.is_some_and(|lead| {
-                        jaw::counts_inwards((lead.limit.lower, lead.limit.upper))
-                    });
-                    let sign = if is_inwards { -1.0 } else { 1.0 };
-                    self.drive_jaw(link, sign * multiplier / slides as f64, offset);
-                    continue;
+                let lead = order[leader].joint.map(|at| &urdf.joints[at]);
+                let is_inwards = lead.is_some_and(|lead| {
+                    lead.joint_type == urdf_rs::JointType::Prismatic
+                        && jaw::counts_inwards((lead.limit.lower, lead.limit.upper))
+                });
+                let sign = if is_inwards { -1.0 } else { 1.0 };
+                self.drive_jaw(link, sign * multiplier / slides as f64, offset);
+                continue;
+            }
+            joint.drive = Drive::Jaw { multiplier: 0.0, offset: 0.0 };
+            idle.push(Note::OffPath { joint: joint.name.clone() });
+            if roles.jaws[link] {
+                knuckles.push(Knuckle { link, multiplier, offset });
+                if leader == link {
+                    ranges.push(joint.range);
                 }
-                None => {
-                    idle.push(Note::OffPath { joint: joint.name.clone() });
-                    knuckles.extend(jaws[link].then_some(Knuckle { link, multiplier, offset }));
-                    if jaws[link] && master.is_none() {
-                        leads.push(self.links[link].joint.range);
-                    }
-                    Drive::Jaw { multiplier: 0.0, offset: 0.0 }
-                }
-            };
+            }
         }
         self.measure_openings();
         // Jaws that turn: one joint leads, all others follow it.
-        let is_gripper = match leads[..] {
+        let is_gripper = match ranges[..] {
             [range] if slides == 0 && knuckles.len() == idle.len() => self.couple(&knuckles, range),
             _ => false,
         };
         if !is_gripper {
             self.notes.append(&mut idle);
         }
-        Ok(())
     }
-}
-
-/// Returns the joint of that name where it slides and follows no other.
-fn slide_that_leads<'a>(urdf: &'a urdf_rs::Robot, name: &str) -> Option<&'a urdf_rs::Joint> {
-    let slides = |joint: &&urdf_rs::Joint| joint.joint_type == urdf_rs::JointType::Prismatic;
-    let joint = urdf.joints.iter().find(|joint| joint.name == name)?;
-    Some(joint).filter(slides).filter(|joint| joint.mimic.is_none())
 }
 
 pub(super) fn pose_of(pose: &urdf_rs::Pose) -> Isometry3<f64> {

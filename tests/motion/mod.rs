@@ -6,6 +6,7 @@ mod benchmaker;
 mod cartesian;
 mod collision;
 pub(crate) mod ik;
+mod mimics;
 mod problems;
 mod reference;
 pub(crate) mod robots;

@@ -262,13 +262,13 @@ impl List<'_> {
         }
     }
 
-    /// Joints of the arm that follow each other, which the physics cannot couple.
+    /// Joints that follow the arm's, on the way to the tip or beside it, which the physics cannot couple.
     fn coupled(&mut self) {
         let robot = self.robot;
         let driven =
             robot.links().iter().filter(|l| matches!(l.joint.drive, Drive::Joint { .. })).count();
         if driven != robot.n_joints() {
-            let found = format!("{} joints of the arm mimic others", driven - robot.n_joints());
+            let found = format!("{} joints mimic joints of the arm", driven - robot.n_joints());
             let write = "a joint each in the place of <mimic>; the twin couples jaws only";
             self.wrong(("mimic", State::Missing, Use::Twin), found, write);
         }
