@@ -176,6 +176,8 @@ fn failure(error: &motion::Error) -> Failure {
             what: UrdfFault::Format(_) | UrdfFault::NoLink | UrdfFault::Lacks(_),
         } => failure.help("a URDF is XML whose root is `<robot name=\"…\">`"),
         motion::Error::Urdf { what: UrdfFault::SeveralFiles { .. } } => failure,
+        motion::Error::Urdf { what: UrdfFault::Size { .. } } => failure
+            .help("sizes of a <collision> are above 0 m; a link that is to touch nothing has none"),
         motion::Error::Urdf { .. } => {
             failure.help("correct it in the file, or in what the file is made from")
         }

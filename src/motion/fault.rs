@@ -148,6 +148,18 @@ pub enum UrdfFault {
         /// kg.
         mass: f64,
     },
+    /// A collision shape that encloses nothing.
+    #[error("link {link}: the {side} of its collision {shape} is {size} m")]
+    Size {
+        /// The link.
+        link: String,
+        /// What it is: a box, a sphere.
+        shape: &'static str,
+        /// Which of its sizes.
+        side: &'static str,
+        /// m.
+        size: f64,
+    },
     /// A joint that nothing resists.
     #[error("a joint carries no mass, so its acceleration is undefined")]
     Massless,

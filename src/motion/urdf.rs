@@ -53,6 +53,7 @@ impl Robot {
             };
             let mut collision = Vec::new();
             for part in &link.collision {
+                check_sizes(&link.name, &part.geometry)?;
                 match solids_of(&part.geometry, meshes) {
                     Ok(solids) => collision.extend(placed(&part.origin, solids)),
                     Err((file, what)) => {
@@ -288,6 +289,28 @@ fn solids_of(
         Ok(cover(&triangles))
     };
     covered().map_err(|what| (filename.clone(), what))
+}
+
+/// Refuses a collision shape that encloses nothing, as URDF 1.2 does: nothing could be kept clear of it.
+fn check_sizes(link: &str, geometry: &urdf_rs::Geometry) -> Result<(), Error> {
+    use urdf_rs::Geometry as G;
+    let (shape, sizes) = match *geometry {
+        G::Box { size } => {
+            let [x, y, z] = size.0;
+            ("box", vec![("side along x", x), ("side along y", y), ("side along z", z)])
+        }
+        G::Cylinder { radius, length } => {
+            ("cylinder", vec![("radius", radius), ("length", length)])
+        }
+        G::Capsule { radius, length } => ("capsule", vec![("radius", radius), ("length", length)]),
+        G::Sphere { radius } => ("sphere", vec![("radius", radius)]),
+        G::Mesh { .. } => return Ok(()),
+    };
+    let is_none = |size: f64| !size.is_finite() || size <= 0.0;
+    let Some((side, size)) = sizes.into_iter().find(|&(_, size)| is_none(size)) else {
+        return Ok(());
+    };
+    Err(Error::Urdf { what: UrdfFault::Size { link: link.to_owned(), shape, side, size } })
 }
 
 fn solid_of(geometry: &urdf_rs::Geometry) -> Option<Solid> {

@@ -276,6 +276,32 @@ fn wrong_files_say_what_is_wrong() {
     ));
 }
 
+/// Nothing could be kept clear of a ball of -0.1 m, which was 151 mm away from all.
+#[test]
+fn a_collision_shape_that_encloses_nothing_is_refused() {
+    let with = |shape: &str| {
+        let solid = format!(
+            "<link name=\"base\"><collision><geometry>{shape}</geometry></collision></link>"
+        );
+        Robot::from_urdf(&TWO_LINKS.replace("<link name=\"base\"/>", &solid), None)
+    };
+    for (shape, expected) in [
+        ("<sphere radius=\"-0.1\"/>", "link base: the radius of its collision sphere is -0.1 m"),
+        ("<sphere radius=\"0\"/>", "the radius of its collision sphere is 0 m"),
+        ("<box size=\"0.1 -0.2 0.1\"/>", "the side along y of its collision box is -0.2 m"),
+        ("<cylinder radius=\"0.1\" length=\"0\"/>", "the length of its collision cylinder is 0 m"),
+        ("<capsule radius=\"inf\" length=\"1\"/>", "the radius of its collision capsule is inf m"),
+    ] {
+        let told = with(shape).unwrap_err().to_string();
+        assert!(told.ends_with(expected), "{told}");
+    }
+    assert!(with("<box size=\"0.1 0.2 0.1\"/>").is_ok());
+    // What is drawn touches nothing.
+    let drawn =
+        "<link name=\"base\"><visual><geometry><sphere radius=\"0\"/></geometry></visual></link>";
+    assert!(Robot::from_urdf(&TWO_LINKS.replace("<link name=\"base\"/>", drawn), None).is_ok());
+}
+
 /// A rail of 2 m, and an arm of two joints on it.
 const ON_A_RAIL: &str = r#"<robot name="railed">
   <link name="floor"/><link name="cart"/><link name="upper"/><link name="fore"/>
