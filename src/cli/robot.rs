@@ -168,6 +168,11 @@ fn failure(error: &motion::Error) -> Failure {
         motion::Error::Urdf { what: UrdfFault::Xacro } => {
             failure.help("`xacro FILE.xacro > FILE.urdf` makes one (a tool of ROS)")
         }
+        motion::Error::Urdf { what: UrdfFault::Lacks(lacking) }
+            if lacking.element == "geometry" =>
+        {
+            failure.help("a <geometry> holds one <box>, <cylinder>, <sphere>, <capsule> or <mesh>")
+        }
         motion::Error::Urdf { what: UrdfFault::Lacks(lacking) } if lacking.element != "robot" => {
             let (field, element) = (&lacking.field, &lacking.element);
             failure.help(format!("write the {field} of this <{element}>, or take the element out"))

@@ -16,6 +16,12 @@ pub enum UrdfFault {
     /// It is of a robot, and something in it cannot be read: what its reader said.
     #[error("{0}")]
     Content(String),
+    /// It is of a robot, and something stands where it cannot be.
+    #[error("{found} stands where it cannot be read")]
+    OutOfPlace {
+        /// An element or its end, as it is written, or a text.
+        found: String,
+    },
     /// An element lacks what it needs, an attribute or an element inside.
     #[error("{0}")]
     Lacks(Box<Lacking>),
@@ -51,6 +57,12 @@ pub enum UrdfFault {
     /// Two links of one name.
     #[error("two links are named {name}")]
     SameName {
+        /// The name.
+        name: String,
+    },
+    /// Two joints of one name.
+    #[error("two joints are named {name}")]
+    SameJoint {
         /// The name.
         name: String,
     },

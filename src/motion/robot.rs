@@ -20,7 +20,7 @@ use super::bounds;
 use super::error::Error;
 use super::fault::{MeshFault, Note, UrdfFault};
 use super::frames::{Frame, Frames};
-use super::lacking::lacking;
+use super::lacking::{lacking, out_of_place};
 pub use super::links::{Drive, Joint, JointLimits, Link, Marker, Motion, Visual};
 use super::mesh;
 use super::mimic::Mimics;
@@ -77,7 +77,9 @@ fn not_a_urdf(text: &str, error: &urdf_rs::UrdfError) -> UrdfFault {
     }
     let field = said.split_once("missing field `").and_then(|(_, rest)| rest.split_once('`'));
     let lacks = field.and_then(|(field, _)| lacking(text, field));
-    lacks.unwrap_or_else(|| UrdfFault::Content(said.trim_start_matches("custom: ").to_owned()))
+    lacks
+        .or_else(|| out_of_place(text, &said))
+        .unwrap_or_else(|| UrdfFault::Content(said.trim_start_matches("custom: ").to_owned()))
 }
 
 /// Reads a mesh by its name, of the files in a folder.

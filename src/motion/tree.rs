@@ -1,6 +1,6 @@
 //! The tree of a URDF: links in an order with parents first, and where the arm ends.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use urdf_rs::JointType;
 
@@ -35,7 +35,11 @@ pub(super) fn order(urdf: &urdf_rs::Robot) -> Result<Vec<Step>, Error> {
         }
     }
     let mut carried: Vec<Option<&str>> = vec![None; urdf.links.len()];
+    let mut names = BTreeSet::new();
     for joint in &urdf.joints {
+        if !names.insert(joint.name.as_str()) {
+            return fail(UrdfFault::SameJoint { name: joint.name.clone() });
+        }
         for end in [&joint.parent.link, &joint.child.link] {
             if !index.contains_key(end.as_str()) {
                 return fail(UrdfFault::NoSuchLink {

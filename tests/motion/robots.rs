@@ -258,6 +258,17 @@ fn wrong_files_say_what_is_wrong() {
     fails(&TWO_LINKS.replace("<child link=\"hand\"/>", "<child link=\"foot\"/>"), None, "foot");
     fails(&TWO_LINKS.replace("mimic joint=\"l\"", "mimic joint=\"x\""), None, "mimics x");
     fails(
+        &TWO_LINKS.replace("joint name=\"b\"", "joint name=\"a\""),
+        None,
+        "two joints are named a",
+    );
+    let empty = "<link name=\"left\"><collision><geometry></geometry></collision></link>";
+    fails(
+        &TWO_LINKS.replace("<link name=\"left\"/>", empty),
+        None,
+        "line 7: <geometry> of link left has no single shape",
+    );
+    fails(
         &TWO_LINKS.replace("<link name=\"left\"/>", "<link name=\"left\"><visual/></link>"),
         None,
         "line 7: <visual> of link left has no geometry",
