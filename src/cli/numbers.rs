@@ -2,7 +2,7 @@
 
 use crate::units::significant;
 
-use super::answer::robot::MOST_SAMPLES;
+use super::answer::plan::MOST_SAMPLES;
 
 /// Reads how long something may take, s.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {

@@ -15,8 +15,9 @@ use crate::motion::{self, Budget, budget, rrt};
 use crate::report::{Failure, Style};
 use crate::workcell::{RobotError, Stdlib};
 
+use super::answer::plan::{self, PlanAnswer, SAMPLES};
 use super::answer::problem::Problem;
-use super::answer::robot::{self as answer, SAMPLES};
+use super::answer::robot as answer;
 use super::answer::robot_check;
 use super::answer::rows::{joint_rows, pose_rows};
 use super::clock::clock;
@@ -340,7 +341,7 @@ pub(super) fn robot(
             let budget = Budget::of(budget::USUAL.saturating_mul(times as u64), is_interrupted);
             let found = {
                 let means = motion.into();
-                answer::plan(&robot, &problem, means, &settings, &budget, &mut now_us)
+                plan::plan(&robot, &problem, means, &settings, &budget, &mut now_us)
             };
             let found = match found {
                 Err(motion::Error::Cancelled) => return Ok(Exit::Stopped),
@@ -351,7 +352,7 @@ pub(super) fn robot(
             } else {
                 style.say(found.lines(&robot.sliding()));
             }
-            Ok(if matches!(found, answer::PlanAnswer::Found { .. }) { Exit::Yes } else { Exit::No })
+            Ok(if matches!(found, PlanAnswer::Found { .. }) { Exit::Yes } else { Exit::No })
         }
     }
 }

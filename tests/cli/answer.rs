@@ -1,8 +1,9 @@
 //! The JSON answers of `robot fk | ik | dynamics | plan`.
 
 use serde_json::{Value, json, to_value};
+use trueup::cli::answer::plan::plan;
 use trueup::cli::answer::problem::Problem;
-use trueup::cli::answer::robot::{dynamics, fk, ik, plan};
+use trueup::cli::answer::robot::{dynamics, fk, ik};
 use trueup::cli::answer::rows::{joint_rows, pose_rows};
 use trueup::motion::dynamics::Bodies;
 use trueup::motion::free::Means;

@@ -6,6 +6,7 @@ pub mod calibrate;
 pub mod hand_eye;
 pub mod measured;
 pub mod problem;
+pub mod plan;
 pub mod robot;
 pub mod finding;
 pub mod robot_check;
