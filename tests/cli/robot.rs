@@ -204,6 +204,90 @@ fn samples_are_counted_in_all_and_more_are_offered_than_were_tried() {
     assert!(answer["help"].as_str().unwrap().starts_with("`--samples 400` searches"), "{answer}");
 }
 
+/// An arm of two joints without masses: the first part has no shape, the second a mesh that is not read.
+const UNSEEN: &str = r#"<robot name="r"><link name="base"/><link name="mid"/>
+  <link name="arm"><collision><geometry><mesh filename="arm.dae"/></geometry></collision></link>
+  <joint name="a" type="revolute"><parent link="base"/><child link="mid"/><origin xyz="0 0 0.5"/><axis xyz="0 0 1"/>
+    <limit lower="-2" upper="2" effort="50" velocity="2"/></joint>
+  <joint name="b" type="revolute"><parent link="mid"/><child link="arm"/><origin xyz="0.1 0 0.1"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" effort="50" velocity="2"/></joint></robot>"#;
+
+/// "Can touch nothing", of an arm whose meshes were left out.
+#[test]
+fn a_plan_names_what_of_the_arm_it_does_not_check() {
+    let scratch = Scratch::new("cli-plan-unseen");
+    scratch.file("unseen.urdf", UNSEEN);
+    let ball = r#"{"shape": "sphere", "size_m": [0.1], "pose": {"xyz_m": [0.3, 0.15, 0.32], "quat_wxyz": [1, 0, 0, 0]}}"#;
+    let problem = |start: &str| {
+        format!(r#"{{"start": {start}, "goals": [[1, 0.5]], "obstacles": [{ball}]}}"#)
+    };
+    scratch.file("way.json", problem("[0, 0]"));
+    scratch.file("beyond.json", problem("[3, 0]"));
+    let plan = |robot: &str, problem: &str, more: &[&str]| {
+        let args = ["robot", "plan", "--robot-file", robot, "--problem", problem];
+        scratch.trueup(&[&args[..], more].concat())
+    };
+    let said = plan("unseen.urdf", "way.json", &["--json"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{}", said.out);
+    let answer = said.json();
+    assert!(answer["min_clearance_m"].is_null(), "{answer}");
+    let left = answer["left_out"].as_array().unwrap();
+    assert_eq!(left.len(), 2, "{answer}");
+    assert_eq!(left[0]["link"], "arm");
+    assert_eq!(left[0]["mesh"], "arm.dae");
+    assert!(left[0]["why"].as_str().unwrap().contains("dae is not read"), "{answer}");
+    assert_eq!(left[1]["link"], "mid");
+    assert!(left[1].get("mesh").is_none() && left[1]["why"].is_string(), "{answer}");
+    let told = plan("unseen.urdf", "way.json", &[]).out;
+    assert!(told.contains("and nothing of it is checked for collisions\n"), "{told}");
+    assert!(told.contains("\n  arm: the mesh arm.dae is left out: dae is not read"), "{told}");
+    assert!(told.contains("\n  mid: it has no collision shape\n"), "{told}");
+    assert!(!told.contains("touch nothing"), "{told}");
+    let told = plan("unseen.urdf", "beyond.json", &[]);
+    assert!(told.code == 1 && told.out.contains("arm.dae is left out"), "{}", told.out);
+
+    // A shape on one of the two: its distance is that of what is checked.
+    let ball = "<link name=\"mid\"><collision><geometry><sphere radius=\"0.05\"/></geometry></collision></link>";
+    scratch.file("half.urdf", UNSEEN.replace("<link name=\"mid\"/>", ball));
+    let told = plan("half.urdf", "way.json", &[]).out;
+    assert!(told.contains("and what is checked comes to "), "{told}");
+    assert!(told.contains("arm.dae is left out") && !told.contains("mid: "), "{told}");
+    // The arms of the stdlib have a shape on every part.
+    for (robot, rest) in [("panda", "-0.7,0,-2.3,0,1.5,0.7"), ("ur5e_2f85", "-1.5,1.5,0,1.5,0")] {
+        scratch.file("turn.json", format!(r#"{{"start": [0,{rest}], "goals": [[0.1,{rest}]]}}"#));
+        let answer = plan(robot, "turn.json", &["--json"]).json();
+        assert!(answer["found"].is_boolean() && answer.get("left_out").is_none(), "{answer}");
+    }
+}
+
+/// All zeros, and no word.
+#[test]
+fn dynamics_without_masses_say_so() {
+    let scratch = Scratch::new("cli-dynamics-massless");
+    scratch.file("unseen.urdf", UNSEEN);
+    let dynamics = |robot: &str, more: &[&str]| {
+        let args = ["robot", "dynamics", "--robot-file", robot, "--q", "0.3,0.4"];
+        scratch.trueup(&[&args[..], more].concat())
+    };
+    let notes = dynamics("unseen.urdf", &["--json"]).json()["notes"].clone();
+    let note = "no <inertial> with a mass: mid, arm; gravity and mass matrix are those of the other parts alone";
+    assert_eq!(notes, serde_json::json!([note]));
+    let told = dynamics("unseen.urdf", &[]);
+    assert!(told.code == 0 && told.out.contains(note), "{}", told.out);
+    let mass = "<link name=\"mid\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>";
+    scratch.file("half.urdf", UNSEEN.replace("<link name=\"mid\"/>", mass));
+    let told = dynamics("half.urdf", &[]);
+    assert!(told.out.contains("with a mass: arm;"), "{}", told.out);
+    let q = "0,0.26,3.14,-2.27,0,0.96,1.57";
+    for args in [
+        &["robot", "dynamics", "--q", q, "--json"][..],
+        &["robot", "dynamics", "--q", q, "--json", "--with-gripper"],
+    ] {
+        let said = scratch.trueup(args);
+        assert!(said.json().get("notes").is_none(), "{}", said.out);
+    }
+}
+
 #[test]
 fn bad_numbers_are_one_message_and_exit_code_2() {
     let scratch = Scratch::new("cli-robot-numbers");

@@ -163,6 +163,19 @@ fn robots(checked: &mut Checked) {
     checked.is("robot-dynamics", &["robot", "dynamics", "--q", q]);
     checked.is("robot-plan", &["robot", "plan", "--problem", "way.json"]);
     checked.is("robot-plan", &["robot", "plan", "--problem", "blocked.json"]);
+    // An arm without shapes and masses.
+    let bare = r#"<robot name="r"><link name="base"/><link name="arm"/>
+        <joint name="a" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
+        <limit lower="-2" upper="2" effort="50" velocity="2"/></joint></robot>"#;
+    fs::write(checked.scratch.path("bare.urdf"), bare).unwrap();
+    fs::write(checked.scratch.path("turn.json"), r#"{"start": [0], "goals": [[1]]}"#).unwrap();
+    fs::write(checked.scratch.path("far.json"), r#"{"start": [0], "goals": [[3]]}"#).unwrap();
+    for problem in ["turn.json", "far.json"] {
+        let plan = ["robot", "plan", "--robot-file", "bare.urdf", "--problem", problem];
+        assert!(checked.is("robot-plan", &plan)["left_out"].is_array());
+    }
+    let dynamics = ["robot", "dynamics", "--robot-file", "bare.urdf", "--q", "0.3"];
+    assert!(checked.is("robot-dynamics", &dynamics)["notes"].is_array());
     checked
         .is("robot-check", &["robot", "check", &format!("{root}/stdlib/robots/panda/panda.urdf")]);
     checked.is("align-map", &["align", "map", "pairs.csv", "--model", "auto"]);

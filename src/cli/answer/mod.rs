@@ -5,6 +5,7 @@ pub mod align;
 pub mod calibrate;
 pub mod hand_eye;
 pub mod measured;
+pub mod left_out;
 pub mod problem;
 pub mod plan;
 pub mod robot;

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use super::left_out::{self, LeftOut};
 use super::problem::{Problem, to_goal};
 use crate::motion::Error;
 use crate::motion::budget::Budget;
@@ -54,7 +55,8 @@ pub enum PlanAnswer {
         time_us: f64,
         /// Length of the path, Euclidean over the joints: rad, m where a joint slides.
         length_rad: f64,
-        /// Smallest distance to anything along the whole path and trajectory, m, to 0.1 mm; absent when nothing can be touched.
+        /// Smallest distance to anything along the whole path and trajectory, m, to 0.1 mm; absent when nothing of it is
+        /// checked or can be touched.
         min_clearance_m: Option<f64>,
         /// Which of the goals is reached, from 0.
         goal: usize,
@@ -64,6 +66,9 @@ pub enum PlanAnswer {
         /// Why policies did not arrive, where they were asked for and the path is a searched one instead.
         #[serde(skip_serializing_if = "Option::is_none")]
         policies_failed: Option<String>,
+        /// What of the robot was not checked for collisions, and is in no distance.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        left_out: Vec<LeftOut>,
     },
     /// None was found.
     NotFound {
@@ -74,6 +79,9 @@ pub enum PlanAnswer {
         /// What would help, where more can be asked for.
         #[serde(skip_serializing_if = "Option::is_none")]
         help: Option<String>,
+        /// What of the robot was not checked for collisions.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        left_out: Vec<LeftOut>,
     },
 }
 
@@ -97,11 +105,12 @@ impl PlanAnswer {
     /// Returns the answer for people: what the whole motion is like, and a dozen corners of its path at most. `sliding` says
     /// which joints slide.
     pub fn lines(&self, sliding: &[bool]) -> String {
-        let (path, times, trajectory, took, least, goal, failed) = match self {
-            Self::NotFound { reason, help: Some(help), .. } => {
-                return format!("{reason}\nhelp: {help}");
+        let (path, times, trajectory, took, least, goal, failed, left) = match self {
+            Self::NotFound { found: _, reason, help, left_out: left } => {
+                let help = help.as_ref().map(|help| format!("\nhelp: {help}"));
+                let left = left_out::lines(left);
+                return format!("{reason}{}{left}", help.unwrap_or_default());
             }
-            Self::NotFound { reason, .. } => return reason.clone(),
             Self::Found {
                 path_rad: path,
                 time_s: times,
@@ -112,16 +121,21 @@ impl PlanAnswer {
                 goal,
                 n_goals,
                 policies_failed: failed,
+                left_out: left,
                 ..
             } => {
-                (path, times, trajectory, [whole, search], least, to_goal(*goal, *n_goals), failed)
+                let goal = to_goal(*goal, *n_goals);
+                (path, times, trajectory, [whole, search], least, goal, failed, left)
             }
         };
         let [planning, search] = took.map(|us| significant(1e-3 * us, 3));
         let duration = trajectory.t_s.last().copied().unwrap_or(0.0);
-        let clear = match least {
-            Some(least) => format!("comes to {} mm from anything", significant(1e3 * least, 3)),
-            None => "can touch nothing".to_owned(),
+        let mm = least.map(|least| significant(1e3 * least, 3));
+        let clear = match (mm, left.is_empty()) {
+            (Some(mm), true) => format!("comes to {mm} mm from anything"),
+            (Some(mm), false) => format!("what is checked comes to {mm} mm from anything"),
+            (None, true) => "can touch nothing".to_owned(),
+            (None, false) => "nothing of it is checked for collisions".to_owned(),
         };
         let mut text = format!(
             "a path of {} corners to {goal}, {} long\n\
@@ -131,6 +145,9 @@ impl PlanAnswer {
             length(path, sliding),
             significant(duration, 4),
         );
+        if !left.is_empty() {
+            let _ = writeln!(text, "{}", left_out::lines(left).trim_start());
+        }
         if let Some(why) = failed {
             let _ = writeln!(text, "the path is a searched one, since by policies\n{why}");
         }
@@ -196,6 +213,7 @@ pub fn plan(
     now_us: &mut dyn FnMut() -> f64,
 ) -> Result<PlanAnswer, Error> {
     let solver = Solver::new(robot);
+    let left_out = left_out::of_collisions(robot);
     problem.check(robot)?;
     let world = problem.world(robot)?;
     let begin = now_us();
@@ -210,8 +228,8 @@ pub fn plan(
             | Error::Limit { .. }
             | Error::Tilted { .. }),
         ) => {
-            let help = more(&error, settings.max_samples);
-            return Ok(PlanAnswer::NotFound { found: false, reason: error.to_string(), help });
+            let (reason, help) = (error.to_string(), more(&error, settings.max_samples));
+            return Ok(PlanAnswer::NotFound { found: false, reason, help, left_out });
         }
         Err(error) => return Err(error),
     };
@@ -235,6 +253,7 @@ pub fn plan(
         planning_time_us,
         time_us,
         min_clearance_m: least.is_finite().then_some(least),
+        left_out,
     })
 }
 
@@ -298,6 +317,7 @@ mod tests {
             goal: 1,
             n_goals: 2,
             policies_failed: failed.map(str::to_owned),
+            left_out: Vec::new(),
         };
         let told = found(40, None).lines(&[false; 2]);
         assert!(told.contains("40 corners to goal 2 of 2,") && told.contains("3.03 mm"), "{told}");
@@ -318,8 +338,13 @@ mod tests {
         let why = NoWay::NeverMet { start: 611, goal: 610 };
         let error = Error::NoPath { samples: 50_000, why };
         let help = more(&error, 50_000);
-        let told =
-            PlanAnswer::NotFound { found: false, reason: error.to_string(), help }.lines(&[]);
+        let told = PlanAnswer::NotFound {
+            found: false,
+            reason: error.to_string(),
+            help,
+            left_out: Vec::new(),
+        }
+        .lines(&[]);
         assert!(told.starts_with("no path found with 50000 samples"), "{told}");
         assert!(told.contains("\nhelp: `--samples 500000` searches longer"), "{told}");
         assert!(told.contains("`--seed`"), "{told}");

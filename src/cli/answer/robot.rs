@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 
+use super::left_out;
 use crate::motion::Error;
 use crate::motion::dynamics::{Bodies, Dynamics};
 use crate::motion::ik::{Options, Solver};
@@ -70,6 +71,9 @@ pub enum IkSolution {
 pub struct DynamicsAnswer {
     /// One per row of `q`.
     pub rows: Vec<DynamicsRow>,
+    /// What is to be known of them: parts without a mass.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 /// Torques and inertia at one configuration.
@@ -160,5 +164,5 @@ pub fn dynamics(robot: &Robot, bodies: Bodies, rows: &[Vec<f64>]) -> Result<Dyna
             })
         })
         .collect::<Result<_, Error>>()?;
-    Ok(DynamicsAnswer { rows })
+    Ok(DynamicsAnswer { rows, notes: left_out::of_masses(robot, bodies) })
 }

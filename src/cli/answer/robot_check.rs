@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Isometry3, Vector3};
 
 use super::finding::{CheckAnswer, Finding, State, Use};
+use super::left_out::parts;
 use super::robot_reach::{Reach, reach};
 use crate::execution::calibrate::DOUBT;
 use crate::motion::collision::{CollisionWorld, Obstacle};
@@ -168,7 +169,7 @@ impl List<'_> {
     /// Collision shapes, and the meshes that make none.
     fn shapes(&mut self) {
         let robot = self.robot;
-        let bodies = bodies(robot);
+        let bodies = parts(robot);
         let links = robot.links();
         let is_left_out = |name: &str| {
             robot.notes().iter().any(|note| matches!(note, Note::Mesh { link, .. } if link == name))
@@ -233,7 +234,7 @@ impl List<'_> {
     /// Masses of what the joints carry.
     fn masses(&mut self) {
         let robot = self.robot;
-        let light: Vec<&str> = bodies(robot)
+        let light: Vec<&str> = parts(robot)
             .iter()
             .filter(|body| body.iter().all(|&link| robot.links()[link].inertial.is_none()))
             .map(|body| robot.links()[body[0]].name.as_str())
@@ -465,19 +466,6 @@ fn over_table(robot: &Robot, doubt: f64) -> CollisionWorld<'_> {
     world.ignore(&robot.links()[0].name, TABLE);
     world.set_opening(robot.max_opening());
     world
-}
-
-/// Returns the parts that `q` or the opening moves, as links that are fixed to each other; the first is the one with
-/// the joint.
-fn bodies(robot: &Robot) -> Vec<Vec<usize>> {
-    let moves = |link: usize| {
-        let joint = &robot.links()[link].joint;
-        matches!(joint.drive, Drive::Joint { .. })
-            || (joint.motion == Motion::Slide && joint.drive.is_of_gripper())
-    };
-    let all = 0..robot.links().len();
-    let roots = all.clone().filter(|&link| moves(link));
-    roots.map(|root| all.clone().filter(|&link| robot.carrier(link) == root).collect()).collect()
 }
 
 #[cfg(test)]
