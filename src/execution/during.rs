@@ -170,8 +170,8 @@ impl During {
         Self { rehearsed, ..self }
     }
 
-    /// Begins a motion, or a wait, that is to take `seconds`, or goes on with it when `over` s of it are over; `paces` is how fast
-    /// the arm is held to move by now.
+    /// Begins a motion, or a wait, that is to take `seconds`, or goes on with it when `over` s of it are over, less than
+    /// none while the arm is led to where it begins; `paces` is how fast the arm is held to move by now.
     pub fn motion_begins(&mut self, sight: Box<dyn Sight>, over: f64, seconds: f64, paces: Paces) {
         self.paces = paces;
         self.motion = Some(Motion { sight, began: None, over, seconds });
@@ -227,7 +227,7 @@ impl During {
         let elapsed = motion.over + feedback.time - began;
         self.cut = self.judge(feedback, elapsed);
         if let (Some(Cut::Ended { .. }), Some(motion)) = (&self.cut, &self.motion) {
-            let along = elapsed / motion.seconds.max(1e-3);
+            let along = elapsed.max(0.0) / motion.seconds.max(1e-3);
             self.cut_at = Some(Ended::During { motion: self.motions, along });
         }
         self.cut.is_some()

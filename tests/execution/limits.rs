@@ -133,6 +133,74 @@ fn a_jump_at_the_start_is_refused() {
     assert!(cell.clear(there, &with(4, -2.2)).is_ok());
 }
 
+/// What begins a little beside the last command was sent as a step: joint 7 of a hand that held a leaning jar by 0.008 rad in one tick.
+#[test]
+fn what_begins_beside_the_last_command_is_led_to_within_the_limits() {
+    let cell = cell();
+    let limits = trajectory::Limits::of(&cell.robot);
+    for (joint, off) in [(7, 0.008), (7, -0.019), (2, 0.004), (2, 2e-5)] {
+        let from = with(joint, HOME[joint - 1] - off);
+        let timed = to(&with(1, 0.3), 4.0);
+        let cleared = cell.clear(timed.clone(), &from).unwrap();
+        let (whole, led) = (cleared.trajectory(), cleared.led());
+        assert!(led > 0.0 && led < 0.35, "{off} rad in {led} s");
+        assert!((whole.duration() - timed.duration() - led).abs() < 1e-12);
+        let (begin, end) = whole.ends();
+        let apart =
+            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart(&begin, &from) < 1e-12 && apart(&end, &timed.ends().1) < 1e-12);
+        assert!(apart(&whole.sample(led + 1.0).q, &timed.sample(1.0).q) < 1e-9);
+        // As it is sent: the first tick holds the last command.
+        let tick = 0.004;
+        let ticks = (whole.duration() / tick) as usize;
+        let sent: Vec<Vec<f64>> = (0..=ticks).map(|k| whole.sample(k as f64 * tick).q).collect();
+        let held = [vec![from.clone()], sent].concat();
+        for three in held.windows(3) {
+            for (i, most) in limits.acceleration.iter().enumerate() {
+                let push = (three[2][i] - 2.0 * three[1][i] + three[0][i]) / (tick * tick);
+                assert!(push.abs() < 1.02 * most, "joint {}: {push} of {most} rad/s²", i + 1);
+            }
+        }
+    }
+    assert!(cell.clear(to(&with(1, 0.3), 4.0), &HOME).unwrap().led().abs() < 1e-15);
+    let none = cell.clear(to(&with(1, 0.3), 4.0), &[f64::NAN; 7]).unwrap_err();
+    assert!(matches!(none, LimitError::NotFinite { .. }), "{none}");
+}
+
+/// A stop may leave a joint a hair past the end of its range.
+#[test]
+fn a_joint_beyond_its_range_is_led_back_and_no_further_out() {
+    let cell = cell();
+    let upper = cell.robot.joints()[5].upper;
+    let from_end =
+        |to: f64| Trajectory::from_points(&[0.0, 5.0], &[with(6, upper), with(6, to)]).unwrap();
+    assert!(cell.clear(from_end(upper - 0.2), &with(6, upper + 0.01)).unwrap().led() > 0.0);
+    let out = cell.clear(from_end(upper + 0.005), &with(6, upper + 0.01)).unwrap_err();
+    assert!(matches!(out, LimitError::Range { .. }), "{out}");
+}
+
+/// An arm that is led is sent where its speeds lead it, and nowhere else.
+#[test]
+fn a_led_command_that_its_speeds_do_not_lead_to_is_refused() {
+    let cell = cell();
+    let period = 0.004;
+    let tick = |way: f64, speed: f64| {
+        let mut order = [HOME.to_vec(), vec![0.0; 7]];
+        order[0][6] += way;
+        order[1][6] = speed;
+        let from = [&HOME[..], &[0.0; 7][..]];
+        let base = &cell.scene.world_from_base;
+        cell.limits.clear_tick(&cell.robot, base, order, from, (0.0, period))
+    };
+    let speed = cell.robot.joints()[6].acceleration * period;
+    assert!(tick(0.5 * period * speed, speed).is_ok());
+    assert!(tick(0.0, 0.0).is_ok());
+    for speed in [0.0, speed] {
+        let step = tick(0.003, speed);
+        assert!(matches!(step, Err(LimitError::Jump { joint: 7, .. })), "{step:?}");
+    }
+}
+
 #[test]
 fn a_tool_in_the_table_is_refused_with_its_height() {
     let cell = cell();
@@ -212,7 +280,7 @@ fn only_clear_makes_something_cleared() {
     assert_eq!(
         makers,
         [
-            (gate.clone(), "Ok(Cleared { trajectory })".to_owned()),
+            (gate.clone(), "Ok(Cleared { trajectory, led })".to_owned()),
             (gate, "Ok(ClearedGrip { opening, speed, force })".to_owned()),
         ]
     );

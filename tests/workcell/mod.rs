@@ -12,6 +12,7 @@ mod links;
 mod places;
 mod poured;
 mod recovery;
+mod commanded;
 mod conduct;
 mod corrected;
 mod recorder;

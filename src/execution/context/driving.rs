@@ -107,7 +107,7 @@ impl ActionContext {
         }
     }
 
-    /// Leads the arm to where `path` begins, and clears a trajectory along it.
+    /// Leads the arm to where `path` begins, and clears a trajectory along it, which begins at the last command.
     pub(super) fn cleared(
         &mut self,
         trajectory: Trajectory,
@@ -160,7 +160,7 @@ impl ActionContext {
         let Some(first) = path.first().filter(|_| self.run.log.is_playing()) else { return Ok(()) };
         let apart = |(a, b): (&f64, &f64)| (a - b).abs();
         let off = first.iter().zip(&self.run.q).map(apart).fold(0.0, f64::max);
-        // What the limits would let pass anyway needs no motion of its own.
+        // What the limits lead it over needs no motion of its own.
         if off < 0.5 * self.setting.cell.limits.jump {
             return Ok(());
         }

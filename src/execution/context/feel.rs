@@ -13,6 +13,7 @@ use super::super::error::ActionError;
 use super::super::plan::{distance, force_at, force_of, gravity_torque};
 use super::super::refusal::Refusal;
 use super::ActionContext;
+use super::moving::ROOM;
 use crate::arm::{DeviceError, Feedback};
 use crate::motion::Robot;
 use crate::motion::trajectory::Trajectory;
@@ -158,8 +159,8 @@ impl ActionContext {
         let cleared = self.cleared(trajectory, &path)?;
         let mut feel =
             Feel { robot, rest, way: way_in_base, threshold, recent: VecDeque::new(), felt: false };
-        let seconds = cleared.trajectory().duration();
-        let done = self.act(seconds, |arm, stop, watch| {
+        let seconds = cleared.trajectory().duration() - cleared.led();
+        let done = self.act_on(-cleared.led(), seconds, ROOM, |arm, stop, watch| {
             let touch = stop.child();
             let done = arm.follow(&cleared, &touch, &mut |feedback| {
                 watch(feedback);

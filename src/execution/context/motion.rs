@@ -254,15 +254,15 @@ impl ActionContext {
     /// `arm.turn_back(path, rate)`: what is left of a turn, back to its beginning, from wherever it stopped.
     pub fn turn_back(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
         let path = self.wound(path);
-        let off = |q: &[f64]| distance(q, &self.run.q);
-        let Some(at) = (0..path.len()).min_by(|&a, &b| off(&path[a]).total_cmp(&off(&path[b])))
-        else {
-            return Ok(());
+        // A hand that has left the path goes to the nearest point of it first.
+        let onto = || {
+            let off = |q: &[f64]| distance(q, &self.run.q);
+            let at = (0..path.len()).min_by(|&a, &b| off(&path[a]).total_cmp(&off(&path[b])))?;
+            let mut way = vec![self.run.q.clone()];
+            way.extend(path[..=at].iter().rev().cloned());
+            Some(way)
         };
-        let mut back: Vec<_> = path[..=at].iter().rev().cloned().collect();
-        if off(&path[at]) > 0.01 {
-            back.insert(0, self.run.q.clone());
-        }
+        let Some(back) = between(&path, &self.run.q, 0.0).or_else(onto) else { return Ok(()) };
         if back.len() < 2 { Ok(()) } else { self.turn(&back, rate) }
     }
 

@@ -252,7 +252,9 @@ impl ActionContext {
         cleared: Cleared,
         patience: f64,
     ) -> Result<(), ActionError> {
-        let (mut cleared, mut over) = (cleared, 0.0);
+        // Until the arm is where the motion begins nothing of it is over.
+        let mut over = -cleared.led();
+        let mut cleared = cleared;
         loop {
             let seconds = over + cleared.trajectory().duration();
             let done = self
@@ -339,6 +341,7 @@ impl ActionContext {
             upright: planner.cone(tilt),
         };
         let period = self.body.arm().led_every().unwrap_or(LOOK);
+        let mut ticks = 0_u32;
         let none = || vec![0.0; goal.len()];
         let at = Sample { q: before.q_cmd.clone(), dq: none(), ddq: none() };
         let samples = [(0.0, at.clone()), (0.0, at)];
@@ -350,7 +353,9 @@ impl ActionContext {
             let mut sent = [before.q_cmd.clone(), none()];
             arm.lead(
                 &mut |feedback| {
-                    let time = feedback.time - begin;
+                    // Counted and not read: a clock that is told late or early would have the command hasten or wait.
+                    let time = f64::from(ticks) * period;
+                    ticks += 1;
                     let order = led.next(feedback, (begin, time + period))?;
                     let from = [&sent[0][..], &sent[1][..]];
                     let cell = &led.cell;
