@@ -118,9 +118,22 @@ pub(super) fn waits_for(name: &str, apart: f64) -> String {
     format!("the arm waits: `{name}` would come within {:.0} cm", 100.0 * apart.max(0.0))
 }
 
-/// It has passed after so many seconds.
+/// After so many seconds what it waited for keeps away from its way.
 pub(super) fn goes_on_past(name: &str, seconds: f64) -> String {
-    format!("the arm goes on after {seconds:.1} s: `{name}` has passed")
+    format!("the arm goes on after {seconds:.1} s: its way is clear of `{name}`")
+}
+
+/// After so many seconds its way leads no nearer to what is within so much, m.
+pub(super) fn goes_on_beside(name: &str, apart: f64, seconds: f64) -> String {
+    let apart = 100.0 * apart.max(0.0);
+    format!(
+        "the arm goes on after {seconds:.1} s: its way leads no nearer to `{name}`, which is within {apart:.0} cm"
+    )
+}
+
+/// Something that moves by itself reached the arm, or what it holds, while the arm moved, and so far into it at most, m.
+pub(super) fn touched(name: &str, into: f64) -> String {
+    format!("`{name}` touched the arm while it moved: they overlapped by {:.0} mm", 1e3 * into)
 }
 
 /// A free motion by policies, among things that move.

@@ -204,7 +204,25 @@ fn the_arm_stops_for_a_hand_in_its_way_and_goes_on_when_it_has_passed() {
     assert!(seen.least > 0.05, "{} m", seen.least);
     let notes = &seen.told.notes;
     assert!(notes.iter().any(|note| note.contains("the arm waits: `hand`")), "{notes:?}");
-    assert!(notes.iter().any(|note| note.contains("the arm goes on after")), "{notes:?}");
+    let goes_on = |note: &&String| note.contains("the arm goes on after");
+    assert!(notes.iter().any(|note| goes_on(&note)), "{notes:?}");
+    // Why it goes on is one of two, and neither is that the hand has passed.
+    let says_why = |note: &String| {
+        note.ends_with("its way is clear of `hand`") || note.contains("leads no nearer to `hand`")
+    };
+    assert!(notes.iter().filter(goes_on).all(says_why), "{notes:?}");
+    assert!(!notes.iter().any(|note| note.contains("touched")), "{notes:?}");
+}
+
+/// A hand that comes into the way faster than the arm stops, and stays there.
+#[test]
+fn what_reaches_an_arm_that_moves_is_told_once() {
+    let at = half_way();
+    let passer = ball(&[at + Vector3::new(0.5, 0.0, 0.0), at], 2.0, 0.35);
+    let went = goes(&passer, Means::Rrt, true);
+    assert!(went.least < 0.0, "{} m: never reached", went.least);
+    let touched = |note: &&String| note.starts_with("`hand` touched the arm while it moved");
+    assert_eq!(went.told.notes.iter().filter(touched).count(), 1, "{:?}", went.told.notes);
 }
 
 #[test]

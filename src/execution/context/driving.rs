@@ -12,6 +12,7 @@ use super::super::body::Watcher;
 use super::super::decisions::Entry;
 use super::super::error::ActionError;
 use super::super::refusal::Refusal;
+use super::super::wording;
 use super::super::worked::Working;
 use super::ActionContext;
 use super::moving::{Guard, PATIENCE, ROOM};
@@ -75,8 +76,13 @@ impl ActionContext {
             }
         });
         self.run.past.worked = working.done();
-        let (came_near, around) = guard.done();
+        let (came_near, touched, around) = guard.done();
         self.run.around = around;
+        for (name, into) in touched {
+            if self.run.touched.insert(name.clone()) {
+                self.tell(&Event::note(wording::touched(&name, into)));
+            }
+        }
         let mut cut = None;
         if let Some(during) = &mut during {
             during.motion_ends();

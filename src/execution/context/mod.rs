@@ -17,7 +17,7 @@ mod motion;
 mod moving;
 mod offer;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, PoisonError};
 
 use rand::SeedableRng;
@@ -91,6 +91,8 @@ struct RunState {
     brushed: Option<Brushed>,
     /// What moves by itself near the arm.
     around: moving::Around,
+    /// What of it reached the arm while the arm moved, as far as that was told.
+    touched: BTreeSet<String>,
 }
 
 /// What holds while one step goes on, and for no other.
@@ -161,6 +163,7 @@ impl ActionContext {
                 past: Past::default(),
                 brushed: None,
                 around: moving::Around::default(),
+                touched: BTreeSet::new(),
             },
             step: StepState::default(),
             allowance: None,

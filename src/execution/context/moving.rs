@@ -51,6 +51,8 @@ pub(super) const PATIENCE: f64 = 20.0;
 /// From one look whether the way is free to the next, s; and so much of the way, s.
 const LOOK: f64 = 0.1;
 const AHEAD: f64 = 1.0;
+/// A joint that is told to be faster moves, rad/s. Chosen: what an arm at rest is told to be is noise of some thousandths.
+const MOVES: f64 = 0.05;
 /// Sights nearer in time than this are one, s.
 const SAME: f64 = 1e-3;
 /// Joint positions along what is left of a motion are so far apart, rad.
@@ -124,6 +126,19 @@ pub(super) struct Guard {
     separation: Option<Separation>,
     next: f64,
     stopped: Option<Near>,
+    touched: Touched,
+}
+
+/// What reached the arm or what it holds while the arm moved, by its name, and how far into it at most, m.
+pub(super) type Touched = BTreeMap<String, f64>;
+
+/// Why a motion may begin beside what moves.
+#[derive(Debug, Clone, PartialEq)]
+enum Free {
+    /// Everything keeps away from its way.
+    Clear,
+    /// It leads no nearer to this, which is so near, m.
+    NoNearer(String, f64),
 }
 
 impl Guard {
@@ -136,19 +151,21 @@ impl Guard {
             Some((name, shape, cell.robot.flange_from_tool() * tool_from_object))
         });
         let (opening, next) = (state.opening, f64::NEG_INFINITY);
-        Self { cell, held, opening, room, around, separation: None, next, stopped: None }
+        let (separation, stopped, touched) = (None, None, Touched::new());
+        Self { cell, held, opening, room, around, separation, next, stopped, touched }
     }
 
     /// Looks at one tick of the arm; returns whether it is to be brought to rest.
     pub(super) fn sees(&mut self, feedback: &Feedback) -> bool {
         self.around.takes(feedback);
+        if self.around.0.is_empty() || feedback.time + 1e-9 < self.next {
+            return self.stopped.is_some();
+        }
+        self.next = feedback.time + EVERY;
+        self.touches(feedback);
         if self.stopped.is_some() {
             return true;
         }
-        if self.around.0.is_empty() || feedback.time + 1e-9 < self.next {
-            return false;
-        }
-        self.next = feedback.time + EVERY;
         let rests = at_rest(&feedback.q, &feedback.dq, REACTION);
         let time = feedback.time + REACTION + braking(&feedback.dq);
         let expected: Vec<_> =
@@ -165,6 +182,22 @@ impl Guard {
         false
     }
 
+    /// Takes note of what reaches an arm that moves.
+    fn touches(&mut self, feedback: &Feedback) {
+        if feedback.dq.iter().all(|dq| dq.abs() < MOVES) {
+            return;
+        }
+        let expected: Vec<_> =
+            self.around.at(feedback.time).map(|(name, at, r)| (name.to_owned(), at, r)).collect();
+        for (name, at, radius) in expected {
+            let into = -self.distance(&feedback.q, &at, radius);
+            if into >= 0.0 {
+                let deepest = self.touched.entry(name).or_default();
+                *deepest = deepest.max(into);
+            }
+        }
+    }
+
     /// Returns how near a ball in the world is to what moves of the arm at `q`, m.
     fn distance(&mut self, q: &[f64], at: &Vector3<f64>, radius: f64) -> f64 {
         let Self { cell, held, opening, .. } = self;
@@ -179,25 +212,37 @@ impl Guard {
         separation.distance(q, &in_base(cell, at), radius)
     }
 
-    /// Whether a motion may begin at `time` (s): for a second it keeps some room from everything, or comes no nearer than the arm
-    /// is.
-    fn is_free(&mut self, ahead: &Trajectory, time: f64) -> bool {
+    /// Returns why a motion may begin at `time` (s), if it may: for a second it keeps some room from everything, or comes no nearer than
+    /// the arm is.
+    fn free(&mut self, ahead: &Trajectory, time: f64) -> Option<Free> {
         let here = ahead.sample(0.0).q;
+        let enough = self.room + MORE - 1e-3;
         let looks = (AHEAD / LOOK) as usize;
-        (0..=looks).map(|k| k as f64 * LOOK).all(|later| {
-            let expected: Vec<_> =
-                self.around.at(time + later).map(|(_, at, radius)| (at, radius)).collect();
+        let mut nearest: Option<(String, f64)> = None;
+        for later in (0..=looks).map(|k| k as f64 * LOOK) {
+            let expected: Vec<_> = self
+                .around
+                .at(time + later)
+                .map(|(name, at, r)| (name.to_owned(), at, r))
+                .collect();
             let q = ahead.sample(later.min(ahead.duration())).q;
-            expected.iter().all(|(at, radius)| {
-                let stays = self.distance(&here, at, *radius);
-                self.distance(&q, at, *radius) >= stays.min(self.room + MORE) - 1e-3
-            })
-        })
+            for (name, at, radius) in expected {
+                let stays = self.distance(&here, &at, radius);
+                let goes = self.distance(&q, &at, radius);
+                if goes < enough.min(stays - 1e-3) {
+                    return None;
+                }
+                if goes < enough && nearest.as_ref().is_none_or(|(_, least)| goes < *least) {
+                    nearest = Some((name, goes));
+                }
+            }
+        }
+        Some(nearest.map_or(Free::Clear, |(name, apart)| Free::NoNearer(name, apart)))
     }
 
-    /// Returns what the arm was stopped for, and what was seen.
-    pub(super) fn done(self) -> (Option<Near>, Around) {
-        (self.stopped, self.around)
+    /// Returns what the arm was stopped for, what reached it, and what was seen.
+    pub(super) fn done(self) -> (Option<Near>, Touched, Around) {
+        (self.stopped, self.touched, self.around)
     }
 }
 
@@ -299,10 +344,14 @@ impl ActionContext {
             let (time, state) = (self.body.arm().feedback()?.time, self.body.state()?);
             let around = std::mem::take(&mut self.run.around);
             let mut guard = Guard::new(self.setting.cell.clone(), &state, around, ROOM);
-            let is_free = guard.is_free(&rest, time);
-            (_, self.run.around) = guard.done();
-            if is_free {
-                self.tell(&Event::note(wording::goes_on_past(name, time - begin)));
+            let free = guard.free(&rest, time);
+            (_, _, self.run.around) = guard.done();
+            if let Some(free) = free {
+                let seconds = time - begin;
+                self.tell(&Event::note(match &free {
+                    Free::Clear => wording::goes_on_past(name, seconds),
+                    Free::NoNearer(near, apart) => wording::goes_on_beside(near, *apart, seconds),
+                }));
                 return Ok(Some((self.setting.cell.clear(rest, &q)?, since)));
             }
             if time - begin > patience {
