@@ -11,6 +11,7 @@ use super::uncalibrated::uncalibrated;
 use super::way_out::{made_true, way_out};
 use super::{Style, complain, diagnostics};
 use crate::execution::error::ActionError;
+use crate::execution::refusal::Refusal;
 use crate::files::write;
 use crate::graph;
 use crate::language::{Diagnostic, Library, Source};
@@ -325,6 +326,12 @@ fn action_failure(action: &ActionError, words: String) -> Failure {
         ActionError::NoWay(no_way) => {
             Failure::no("run::action", words).help(way_out(&Cause::NoWay(no_way.clone()), None))
         }
+        ActionError::Refused(Refusal::InTheWay { name, .. }) => {
+            Failure::no("run::action", words).at(name.clone()).help(format!(
+                "call it again when `{name}` is out of the arm's way; in a laboratory it rests at the first corner of its `way_m` until \
+                 `begins_s`, and at the last in the end"
+            ))
+        }
         _ => Failure::no("run::action", words),
     }
 }
@@ -344,5 +351,15 @@ mod tests {
             Exit::Stopped as u8
         );
         assert_eq!(exit(DeviceError::Unavailable("gone".into())), Exit::Unavailable as u8);
+    }
+
+    /// "`hand` has been in the way for 20 s; the arm waits no longer" stood alone.
+    #[test]
+    fn what_stays_in_the_way_is_told_with_what_would_help() {
+        let style = Style { json: true, quiet: true, verbose: false, colour: false, bars: false };
+        let error = ActionError::from(Refusal::InTheWay { name: "hand".into(), seconds: 20.1 });
+        let failure = cell_failure(&error.into(), style);
+        assert_eq!((failure.code.as_str(), failure.exit()), ("run::action", 1));
+        assert!(failure.help.unwrap().contains("`way_m`"));
     }
 }

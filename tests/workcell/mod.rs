@@ -9,6 +9,7 @@ mod fork;
 mod given;
 mod lines;
 mod links;
+mod passing;
 mod places;
 mod poured;
 mod recovery;
