@@ -27,6 +27,11 @@ use super::{film, picture};
 pub const EVENTS: &str = "events.jsonl";
 /// Rows of the arm are gathered up to this before they are written, bytes.
 const GATHERED: usize = 64 << 10;
+/// Rows of the arm are at least so far apart, s: every third tick of 4 ms, 12 ms, every tenth of a stream's. Chosen: what the arm
+/// reports faster adds nothing a gap could be found in.
+const APART: f64 = 0.01;
+/// A row that is early by less is not, s: rounding of the arm's time.
+const SAME: f64 = 1e-4;
 
 /// A run folder being written.
 #[derive(Debug)]
@@ -215,8 +220,7 @@ impl Recorder {
     }
 
     fn tick(&mut self, feedback: &Feedback) -> io::Result<()> {
-        // 100 Hz are kept: what the arm reports faster adds nothing a gap could be found in.
-        if feedback.time - self.last_tick < 0.0099 {
+        if feedback.time - self.last_tick < APART - SAME {
             return Ok(());
         }
         self.last_tick = feedback.time;

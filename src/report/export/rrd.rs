@@ -20,7 +20,7 @@ use super::{Error, Material};
 
 /// Pictures of a chunk, bytes: about a second's worth, so that a reader loads what it shows.
 const PICTURES: usize = 1 << 20;
-/// Every how many rows of the arm, at 100 a second, its links are written: 25 times a second, as a film is shown.
+/// Every how many rows of the arm, at 83 to 100 a second, its links are written: 21 to 25 times a second, as a film is shown.
 const LINK_STRIDE: usize = 4;
 /// How long the axes are that show a pose, m: of a cup's size, and of a link's.
 const AXES: f32 = 0.05;
