@@ -22,7 +22,8 @@ pub fn told(fork: &Fork, style: Style) -> String {
         text += &line(step, fork.call.is_none(), style);
     }
     let end = if fork.success { "all of it would be done" } else { "it would not be done" };
-    let _ = write!(text, "  {end}: {:.0} s on the arm, {:.1} mL spilt", fork.time_s, fork.spilt_ml);
+    let _ =
+        write!(text, "  {end}: {:.0} s of arm time, {:.1} mL spilt", fork.time_s, fork.spilt_ml);
     let recalls = fork.steps.iter().filter_map(|step| step.failure.as_ref());
     let recalls =
         recalls.into_iter().any(|failure| matches!(failure.cause, Cause::NotRemembered { .. }));

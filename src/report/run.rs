@@ -393,7 +393,7 @@ pub fn ending(run: &Run, style: Style) -> String {
     if run.state == State::Ended {
         let _ = write!(
             text,
-            "\n  {:.1} s: {:.1} perceiving, {:.1} planning, {:.1} simulating, {:.1} on the arm",
+            "\n  wall time {:.1} s: {:.1} perceiving, {:.1} planning, {:.1} simulating, {:.1} executing",
             t.total, t.perceive, t.plan, t.simulate, t.execute
         );
         // Of a record that does not say nothing is told.

@@ -75,7 +75,7 @@ pub(super) fn went(tried: &Tried) -> String {
         None => {
             let brushed = beside(tried);
             let (spilt, time) = (tried.spilt_ml, tried.time_s);
-            format!("succeeded, {spilt:.1} mL spilt, {time:.0} s on the arm{brushed}")
+            format!("succeeded, {spilt:.1} mL spilt, {time:.0} s of arm time{brushed}")
         }
         Some(why) => format!("failed at {why}"),
     }
@@ -88,7 +88,7 @@ pub(super) fn plans((succeeded, all): (usize, usize), branches: &str, best: &Tri
     } else {
         let way = if branches.is_empty() { "the best" } else { branches };
         let (spilt, time, brushed) = (best.spilt_ml, best.time_s, beside(best));
-        format!("; {way}: {spilt:.1} mL spilt, {time:.0} s on the arm{brushed}")
+        format!("; {way}: {spilt:.1} mL spilt, {time:.0} s of arm time{brushed}")
     };
     let s = if all == 1 { "" } else { "s" };
     format!("{succeeded} of {all} simulated plan{s} succeeded{chosen}")
