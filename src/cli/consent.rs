@@ -2,6 +2,7 @@
 
 use std::io::{self, BufRead, IsTerminal};
 
+use crate::files;
 use crate::report::{Failure, complain};
 
 use super::shared::CellArgs;
@@ -19,6 +20,8 @@ pub(super) fn confirm(arm: &str, args: &CellArgs) -> Result<(), Failure> {
     if !io::stdin().is_terminal() {
         return Err(stopped());
     }
+    // What was typed while the cell was opened answers nothing that was asked.
+    files::read::forget_typed();
     complain(&format!(
         "{arm} will move, at {:.0} % of its limits at most. Is its reach clear? Type `move`:",
         args.speed * 100.0

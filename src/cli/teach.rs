@@ -185,6 +185,17 @@ fn lines_of(text: &str) -> VecDeque<String> {
     lines.filter(|line| !line.is_empty() && !line.starts_with("//")).map(str::to_owned).collect()
 }
 
+/// Forgets what was typed before a question or a pause was shown: only a new editor has nothing typed into it.
+fn forget_typed(editor: &mut DefaultEditor) -> rustyline::Result<()> {
+    let was_any = files::read::forget_typed();
+    let history = std::mem::take(editor.history_mut());
+    *editor = DefaultEditor::with_history(rustyline::Config::default(), history)?;
+    if was_any {
+        report::complain("lines typed before this question are left out");
+    }
+    Ok(())
+}
+
 impl Input {
     /// Returns the terminal, or the pipe that is in its place.
     fn here() -> Result<Self, Failure> {
@@ -216,6 +227,7 @@ impl Input {
         let line = match self {
             Self::Script(lines) => lines.pop_front()?,
             Self::Terminal(editor) => {
+                forget_typed(editor).ok()?;
                 let line = editor.readline(prompt).ok()?;
                 if !line.trim().is_empty() {
                     let _ = editor.add_history_entry(&line);

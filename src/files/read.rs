@@ -93,6 +93,31 @@ fn is_handed_over(_: &Path, _: &Metadata) -> bool {
     false
 }
 
+/// Throws away what a person at a terminal has typed and nobody has read; returns whether there was a line of it. What comes
+/// from a pipe or a file stays.
+///
+/// A question is asked after it, so that a line typed before it was shown does not answer it.
+#[cfg(unix)]
+pub fn forget_typed() -> bool {
+    use std::io::IsTerminal as _;
+
+    let input = io::stdin();
+    if !input.is_terminal() {
+        return false;
+    }
+    // While nobody reads, a terminal counts whole lines.
+    let was_any = rustix::io::ioctl_fionread(&input).is_ok_and(|n_bytes| n_bytes > 0);
+    // A terminal that fails does so at the next line as well.
+    let _ = rustix::termios::tcflush(&input, rustix::termios::QueueSelector::IFlush);
+    was_any
+}
+
+/// Elsewhere a terminal is not asked.
+#[cfg(not(unix))]
+pub fn forget_typed() -> bool {
+    false
+}
+
 /// Reads one line of what is typed or piped in, with its end; empty when there is no more.
 ///
 /// # Errors

@@ -170,8 +170,8 @@ impl Session<'_, '_> {
         if self.robot != "twin" {
             return self.style.say(format!("lines move the {} already", self.robot));
         }
-        self.style.say(format!("lines will move the {}: type yes", self.hands.real));
-        self.pending = Some(Pending::Real);
+        let question = format!("lines will move the {}: type yes", self.hands.real);
+        self.put(question, Pending::Real);
     }
 
     /// Lets lines move the robot again, once a person has said so.

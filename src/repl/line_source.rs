@@ -34,8 +34,11 @@ pub(super) trait LineSource {
     /// Is told whether words of stepping are taken from now on.
     fn stepping(&mut self, _on: bool) {}
 
-    /// Forgets what was typed ahead: it was meant for an arm that had not been stopped.
-    fn forget(&mut self) {}
+    /// Forgets what was typed ahead: it was meant for an arm that had not been stopped, or before a question was seen.
+    /// Returns whether a line of it is known of.
+    fn forget(&mut self) -> bool {
+        false
+    }
 
     /// Waits for the next statement.
     ///
@@ -146,15 +149,17 @@ impl LineSource for Terminal {
         }
     }
 
-    fn forget(&mut self) {
+    fn forget(&mut self) -> bool {
+        let was_any = files::read::forget_typed() || !self.pasted.is_empty();
         self.pasted.clear();
-        let Some(helper) = self.editor.helper().cloned() else { return };
+        let Some(helper) = self.editor.helper().cloned() else { return was_any };
         let history = std::mem::take(self.editor.history_mut());
         // Only a new editor has nothing typed into it. A terminal that fails does so at the next line as well.
         match editor(helper, history) {
             Ok(fresh) => self.editor = fresh,
             Err(error) => report::complain(&broken(&error).message),
         }
+        was_any
     }
 
     fn next(&mut self, prompt: &str) -> Result<Typed, Failure> {
@@ -257,7 +262,7 @@ mod tests {
         terminal.editor.add_history_entry("pour(jar, cup)").unwrap();
         terminal.pasted.push_back("place(jar)".into());
         terminal.stepping(true);
-        terminal.forget();
+        assert!(terminal.forget());
         assert!(terminal.pasted.is_empty());
         assert_eq!(terminal.editor.history().iter().collect::<Vec<_>>(), ["pour(jar, cup)"]);
         assert!(terminal.editor.helper().is_some_and(|helper| helper.steps));

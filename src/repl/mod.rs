@@ -33,7 +33,7 @@ use std::thread::Scope;
 use crate::language::ast::Step;
 use crate::language::{self, Library};
 use crate::report::exit::Exit;
-use crate::report::{Failure, Style};
+use crate::report::{self, Failure, Style};
 use crate::teach::stops::Stops;
 use crate::workcell::{Run, Stdlib, WorkCell};
 use calc::Calculator;
@@ -340,6 +340,20 @@ impl<'scope, 'env> Session<'scope, 'env> {
                 self.hands.presses.store(0, Ordering::SeqCst);
             }
         }
+    }
+
+    /// Forgets what was typed before a question is shown: it is no answer to it.
+    fn forget_typed(&mut self) {
+        if self.lines.forget() {
+            report::complain("lines typed before this question are left out");
+        }
+    }
+
+    /// Puts a question; only what is typed from now on answers it.
+    fn put(&mut self, question: impl AsRef<str>, pending: Pending) {
+        self.forget_typed();
+        self.style.say(question);
+        self.pending = Some(pending);
     }
 
     /// Does one statement. A panic costs that statement and nothing else.

@@ -48,6 +48,7 @@ impl Session<'_, '_> {
         for (at, item) in items.iter().enumerate() {
             let (entry, step) = (&kept[item.run].1, &steps[item.run][item.step]);
             let row = &step.fluents[item.row];
+            self.forget_typed();
             self.style.say(format!(
                 "run {}, after step {} {}\n  picture  {}\n{}\n  y yes   n no   u can't tell   Enter leaves it \
                  out   quit",

@@ -127,6 +127,11 @@ pub(super) fn looks_like_one(line: &str) -> bool {
         && line.starts_with(char::is_alphabetic)
 }
 
+/// Asks which of several is meant.
+fn which(choices: &[Understood]) -> String {
+    format!("type a number from 1 to {}, or n", choices.len())
+}
+
 impl Session<'_, '_> {
     /// `:phrase "empty the {o}" = pour(o, cup)`; alone it lists what was taught.
     pub(super) fn phrase(&mut self, line: &str) -> Result<(), Failure> {
@@ -196,8 +201,7 @@ impl Session<'_, '_> {
             }
             Meaning::Ambiguous { choices, .. } => {
                 self.style.say(told);
-                self.style.say(format!("type a number from 1 to {}, or n", choices.len()));
-                self.pending = Some(Pending::Which(choices));
+                self.put(which(&choices), Pending::Which(choices));
             }
             Meaning::Asked { line, .. } => {
                 self.style.say(told);
@@ -231,8 +235,8 @@ impl Session<'_, '_> {
         };
         let Some(step) = parse_line(&call).0 else { return Ok(false) };
         self.style.say(report::sentence::proposed(&call));
-        self.style.say(format!("carry it out with the {}? y or n", self.robot));
-        self.pending = Some(Pending::Run(Box::new(step), call));
+        let question = format!("carry it out with the {}? y or n", self.robot);
+        self.put(question, Pending::Run(Box::new(step), call));
         Ok(true)
     }
 
@@ -248,8 +252,8 @@ impl Session<'_, '_> {
             let robot = &self.robot;
             // `--yes` is not meant for the calls of a prompt; who gave it looks for what is.
             let spared = if is_simulated { "" } else { "; `:confirm none` asks no more" };
-            self.style.say(format!("carry it out with the {robot}? y or n{spared}"));
-            self.pending = Some(Pending::Run(Box::new(step), meant.to_owned()));
+            let question = format!("carry it out with the {robot}? y or n{spared}");
+            self.put(question, Pending::Run(Box::new(step), meant.to_owned()));
         } else {
             self.run(step, meant);
         }
@@ -274,8 +278,7 @@ impl Session<'_, '_> {
                 };
                 let chosen = number.checked_sub(1).and_then(|at| choices.get(at));
                 let Some(chosen) = chosen else {
-                    self.style.say(format!("type a number from 1 to {}, or n", choices.len()));
-                    self.pending = Some(Pending::Which(choices));
+                    self.put(which(&choices), Pending::Which(choices));
                     return true;
                 };
                 self.style.say(format!("= {}", chosen.text));

@@ -80,6 +80,8 @@ impl Session<'_, '_> {
     fn answer(&mut self, asks: &Receiver<Asked>, what: &str, is_stopped: &dyn Fn() -> bool) {
         let Ok((prompt, answer)) = asks.try_recv() else { return };
         self.bench.pause(Some(what.to_owned()));
+        // An Enter that was meant for the step before lets this one go nowhere.
+        self.forget_typed();
         let line = self.word(&prompt, is_stopped);
         self.bench.pause(None);
         // Whoever asked has been stopped meanwhile, at the latest by this.
@@ -232,6 +234,7 @@ impl Session<'_, '_> {
             // Ends when the walk has, which drops the other side.
             while let Ok((prompt, answer)) = asks.recv() {
                 self.bench.pause(Some(name.clone()));
+                self.forget_typed();
                 let _ = answer.send(self.word(&prompt, &|| cancel.is_cancelled()));
                 self.bench.pause(None);
             }

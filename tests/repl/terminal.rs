@@ -1,43 +1,74 @@
 //! The prompt at a terminal, which `script` plays.
 
 use std::io::{Read, Write};
-use std::process::{Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use crate::absent::skipped;
 use crate::program::Scratch;
 
+/// A prompt over the twin, at a terminal of its own.
+struct Terminal {
+    child: Child,
+    keys: ChildStdin,
+    out: ChildStdout,
+    /// What was shown and not asked for yet.
+    screen: String,
+}
+
+impl Terminal {
+    /// Opens it; `None`, told, where nothing plays a terminal.
+    fn open(scratch: &Scratch) -> Option<Self> {
+        if Command::new("script").arg("--version").output().is_err() {
+            skipped("script, which plays a terminal, is not here");
+            return None;
+        }
+        let program = env!("CARGO_BIN_EXE_trueup");
+        let mut child = Command::new("script")
+            .args(["-qec", &format!("exec timeout --foreground 120 {program} --robot twin")])
+            .arg("/dev/null")
+            .current_dir(scratch.path(""))
+            .env("XDG_STATE_HOME", scratch.path(""))
+            .env("NO_COLOR", "1")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (keys, out) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
+        Some(Self { child, keys, out, screen: String::new() })
+    }
+
+    /// Waits for words, and forgets what was shown up to their end.
+    fn until(&mut self, words: &str) {
+        loop {
+            if let Some(at) = self.screen.find(words) {
+                self.screen.drain(..at + words.len());
+                return;
+            }
+            let mut more = [0; 1024];
+            let count = self.out.read(&mut more).unwrap();
+            assert!(count > 0, "{words} was not shown; it ended with {}", self.screen);
+            self.screen += &String::from_utf8_lossy(&more[..count]);
+        }
+    }
+
+    fn press(&mut self, keys: &str) {
+        self.keys.write_all(keys.as_bytes()).unwrap();
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
 /// A bare line and no word was all there was until Ctrl-C.
 #[test]
 fn an_open_parenthesis_is_asked_on_and_ended_by_an_empty_line() {
-    if Command::new("script").arg("--version").output().is_err() {
-        return skipped("script, which plays a terminal, is not here");
-    }
     let scratch = Scratch::new("repl-terminal");
-    let program = env!("CARGO_BIN_EXE_trueup");
-    let mut child = Command::new("script")
-        .args(["-qec", &format!("exec timeout --foreground 120 {program} --robot twin")])
-        .arg("/dev/null")
-        .current_dir(scratch.path(""))
-        .env("XDG_STATE_HOME", scratch.path(""))
-        .env("NO_COLOR", "1")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let (mut keys, mut out) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-    let mut screen = Vec::new();
-    let mut until = |words: &str| loop {
-        let seen = String::from_utf8_lossy(&screen).into_owned();
-        if let Some(at) = seen.find(words) {
-            screen = seen.as_bytes()[at + words.len()..].to_vec();
-            return;
-        }
-        let mut more = [0; 1024];
-        let count = out.read(&mut more).unwrap();
-        assert!(count > 0, "it ended with {seen}");
-        screen.extend(&more[..count]);
-    };
-    until("twin> ");
+    let Some(mut terminal) = Terminal::open(&scratch) else { return };
+    terminal.until("twin> ");
     let typed: [(&str, &[&str]); 5] = [
         ("pour(jar, cup\r", &["end it with an empty line", " ... "]),
         ("\r", &["never closed", "twin> "]),
@@ -46,11 +77,34 @@ fn an_open_parenthesis_is_asked_on_and_ended_by_an_empty_line() {
         ("!6 * 7\r", &["42\r\n", "twin> "]),
     ];
     for (line, answers) in typed {
-        keys.write_all(line.as_bytes()).unwrap();
+        terminal.press(line);
         for answer in answers {
-            until(answer);
+            terminal.until(answer);
         }
     }
-    child.kill().unwrap();
-    child.wait().unwrap();
+}
+
+/// A `y` that was typed with the sentence carried it out, and nobody had read what it was taken to mean.
+#[test]
+fn what_was_typed_before_a_question_does_not_answer_it() {
+    let scratch = Scratch::new("repl-typed-ahead");
+    let Some(mut terminal) = Terminal::open(&scratch) else { return };
+    terminal.until("twin> ");
+    terminal.press("pick up the jar\ry\r");
+    terminal.until("y or n");
+    terminal.until("y/n> ");
+    terminal.press("n\r");
+    terminal.until("left undone");
+}
+
+/// Several Enters at once carried out as many steps; so did what was typed while the first was planned.
+#[test]
+fn enters_pressed_before_a_pause_carry_out_no_step() {
+    let scratch = Scratch::new("repl-step-ahead");
+    let Some(mut terminal) = Terminal::open(&scratch) else { return };
+    terminal.until("twin> ");
+    terminal.press(":step look()\r\r\rnext\r");
+    terminal.until("look 1/1> ");
+    terminal.press("quit\r");
+    terminal.until("stopped: ");
 }
