@@ -268,17 +268,19 @@ impl Belief {
             self.mass = None;
         }
         if let Some(Held { name, tool_from_object, crept, .. }) = self.held.take() {
-            // What was held stands where the hand let it go.
-            let mut pose = *tool * crept.by(time, tool, &tool_from_object);
-            if let Some(object) = self.scene.object(&name) {
+            // What was held stands where the hand let it go; where something fell to a look has to show.
+            let hung = *tool * crept.by(time, tool, &tool_from_object);
+            let stands = self.scene.object(&name).and_then(|object| {
                 let (origin, below) =
-                    (pose.origin(), support::below(&self.scene, &self.objects, object, &pose));
-                if origin.z - below.height < LET_DOWN {
-                    pose = Pose::upright(origin.x, origin.y, below.height, pose.yaw());
-                }
-            }
+                    (hung.origin(), support::below(&self.scene, &self.objects, object, &hung));
+                let is_down = origin.z - below.height < LET_DOWN;
+                is_down.then(|| Pose::upright(origin.x, origin.y, below.height, hung.yaw()))
+            });
             if let Some(object) = self.objects.iter_mut().find(|object| object.name == name) {
-                object.world_from_object = Some(pose);
+                object.world_from_object = stands;
+                if stands.is_none() {
+                    object.std = f64::INFINITY;
+                }
             }
             // What is let go is not weighed any more.
             for lost in std::mem::take(&mut self.unweighed) {

@@ -108,6 +108,19 @@ pub enum Refusal {
     /// It is not in the hand.
     #[error("`{0}` is not in the hand")]
     NotHeld(String),
+    /// What the fingers hold would fall when they open.
+    #[error(
+        "`{object}` is in the hand and would fall {:.0} cm onto `{onto}`; put it down with `place({object})`",
+        1e2 * .drop
+    )]
+    Falls {
+        /// What is held.
+        object: String,
+        /// How far it would fall, m.
+        drop: f64,
+        /// What it would fall onto.
+        onto: String,
+    },
     /// Nobody took what was held out.
     #[error("nobody pulled at the `{object}` within {seconds:.0} s; it is still in the hand")]
     NobodyPulled {

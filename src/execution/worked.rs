@@ -68,9 +68,14 @@ impl Worked {
         self.handed.get(thing).copied().unwrap_or(Some(false))
     }
 
+    /// Returns whether somebody was just felt to pull at what is held; `now` in s.
+    pub(super) fn is_pulled(&self, now: f64) -> bool {
+        self.pulled.is_some_and(|at| now - at < JUST)
+    }
+
     /// Takes note that the fingers opened on a thing, from `begin` s on; `felt` says whether anybody could feel a pull.
     pub(super) fn released(&mut self, thing: &str, begin: f64, felt: bool) {
-        let pulled = self.pulled.is_some_and(|at| begin - at < JUST);
+        let pulled = self.is_pulled(begin);
         self.handed.insert(thing.to_owned(), (pulled || felt).then_some(pulled));
     }
 

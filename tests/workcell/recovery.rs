@@ -6,7 +6,7 @@ use trueup::language::Source;
 use trueup::trace::{Nobody, Outcome};
 use trueup::workcell::{Ending, Options, WorkCell};
 
-use super::{call, dry, options};
+use super::{call, dry, options, plain};
 
 const TASK: &str = "\
 task hold(o: Graspable) {
@@ -68,4 +68,17 @@ fn a_jar_that_slips_while_it_is_lifted_is_let_go_and_looked_for() {
     let jar = state.object("jar").unwrap().world_from_object.unwrap();
     assert!((jar.origin().x - 0.60).hypot(jar.origin().y - 0.10) < 0.03, "{jar:?}");
     assert!(jar.tilt() < 0.05 && jar.origin().z.abs() < 5e-3, "it stands: {jar:?}");
+}
+
+/// A full jar was dropped from 12 cm, and it was called a success.
+#[test]
+fn what_would_fall_is_not_let_go() {
+    let mut cell = WorkCell::open(Options { scene: Some(dry()), ..plain() }).unwrap();
+    let run = cell.run(&call("pick(jar)"), None, Box::new(Nobody)).unwrap();
+    assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
+    let error = cell.run(&call("open_gripper()"), None, Box::new(Nobody)).unwrap_err().to_string();
+    assert!(error.contains("would fall 1") && error.contains("place(jar)"), "{error}");
+    assert_eq!(cell.state().unwrap().held.as_deref(), Some("jar"));
+    let run = cell.run(&call("place(jar)"), None, Box::new(Nobody)).unwrap();
+    assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
 }

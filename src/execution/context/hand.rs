@@ -9,6 +9,7 @@ use super::super::plan::{gravity_torque, mass_of};
 use super::super::refusal::Refusal;
 use super::ActionContext;
 use crate::arm::{Feedback, Grip};
+use crate::fluent::lowest_of;
 use crate::world::{Object, Scene, WATER_DENSITY, support};
 
 /// How fast the fingers go, m/s, and with how much force they open, N.
@@ -51,7 +52,12 @@ impl ActionContext {
     }
 
     /// Moves the fingers to so many m between the pads, or as wide as they go; what they hold is let go when they open.
+    ///
+    /// # Errors
+    ///
+    /// [`Refusal::Falls`] when what they hold would fall, and nobody pulls at it.
     pub fn move_fingers(&mut self, width: Option<f64>) -> Result<(), ActionError> {
+        self.may_let_go(width)?;
         if let Some(orders) = &mut self.step.orders {
             orders.push(Order::Open(width));
             return Ok(());
@@ -75,6 +81,29 @@ impl ActionContext {
             self.body.given(&o);
         }
         Ok(())
+    }
+
+    /// Refuses to open the fingers on what would fall: it has to be put down, or taken by somebody, first. A drawer stays
+    /// where it is.
+    fn may_let_go(&mut self, width: Option<f64>) -> Result<(), ActionError> {
+        let state = self.body.state()?;
+        let scene = &self.setting.cell.scene;
+        let is_wider = width.is_none_or(|width| width > state.opening + LET_GO);
+        let held = state.held.as_deref().filter(|held| scene.drawer(held).is_none());
+        let Some(held) = held.filter(|_| is_wider) else { return Ok(()) };
+        let pose = state.object(held).and_then(|known| known.world_from_object);
+        let Some((object, pose)) = scene.object(held).zip(pose) else { return Ok(()) };
+        let below = support::below(scene, &state.objects, object, &pose);
+        let drop = lowest_of(object, &pose) - below.height;
+        if drop <= LET_DOWN {
+            return Ok(());
+        }
+        let now = self.body.arm().feedback()?.time;
+        if self.run.past.worked.is_pulled(now) {
+            return Ok(());
+        }
+        let onto = below.name.unwrap_or_else(|| "table".to_owned());
+        Err(Refusal::Falls { object: held.to_owned(), drop, onto }.into())
     }
 
     /// Whether a thing stands where the fingers let it go, on the table or on another; a drawer always does.
