@@ -297,6 +297,10 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Needs { what, .. } => {
             Failure::no("run::needs", words).help(format!("{}; nothing has moved", made_true(what)))
         }
+        Error::HandFull { .. } => {
+            let first = error.first().unwrap_or_default();
+            Failure::no("run::needs", words).help(format!("{first}; nothing has moved"))
+        }
         Error::NoSurvivor { failure, water, .. } => {
             let help = way_out(&failure.cause, water.as_ref());
             Failure::no("plan::no_survivor", words).help(format!("{UNTOUCHED}{help}"))

@@ -110,6 +110,14 @@ pub enum Error {
         /// By how much, in words: ` by 3 mm`.
         by: String,
     },
+    /// The call needs an empty hand; nothing has moved.
+    #[error("the hand already holds `{held}`")]
+    HandFull {
+        /// What is in it.
+        held: String,
+        /// Whether that is a drawer, which is let go where it is.
+        is_drawer: bool,
+    },
     /// Everything failed in the twin.
     #[error(
         "none of {tried} simulated plans succeeded; the best failed at {step}: {failure}{}",
@@ -152,6 +160,19 @@ pub enum Error {
     /// An action could not be done.
     #[error("{0}")]
     Action(#[from] ActionError),
+}
+
+impl Error {
+    /// Returns what has to be done first for it not to come up, in words, where that is one call.
+    pub fn first(&self) -> Option<String> {
+        match self {
+            Self::HandFull { is_drawer: true, .. } => {
+                Some("let it go first: `open_gripper()`".to_owned())
+            }
+            Self::HandFull { held, .. } => Some(format!("put it down first: `place({held})`")),
+            _ => None,
+        }
+    }
 }
 
 /// What is wanting where the arm does not get at a thing.

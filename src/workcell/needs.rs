@@ -57,10 +57,12 @@ impl WorkCell {
     }
 
     /// Returns why a call cannot be done as far as is known now: which of its needs is false. What only a picture tells
-    /// stands in the way of nothing before the first look at the table; what is in the hand is known without one.
+    /// stands in the way of nothing before the first look at the table; what is in the hand is known without one. What
+    /// would help stands behind it.
     pub fn hindrance(&mut self, call: &Call) -> Option<String> {
         let checked = self.graph(call).and_then(|graph| self.check_needs(&graph));
-        checked.err().map(|error| error.to_string())
+        let error = checked.err()?;
+        Some(error.first().map_or_else(|| error.to_string(), |first| format!("{error}; {first}")))
     }
 
     /// Says which of the call's own needs is false now; what nobody knows does not stand in the way.
@@ -84,6 +86,10 @@ impl WorkCell {
                 && matches!(about(part), Some(("visible", _)));
             if reading.truth != Some(false) && !is_unseen {
                 continue;
+            }
+            if let Some(held) = state.held.clone().filter(|_| asks_for_empty_hand(part)) {
+                let is_drawer = scene.drawer(&held).is_some();
+                return Err(Error::HandFull { held, is_drawer });
             }
             let by = reading.margin.map_or(0.0, |margin| margin.value.abs());
             let amount_at = |place| {
@@ -132,6 +138,12 @@ impl WorkCell {
         }
         Ok(())
     }
+}
+
+/// Whether a condition is that something, or anything, is not in the hand.
+fn asks_for_empty_hand(condition: &Expr) -> bool {
+    let ExprKind::Not(inner) = &condition.kind else { return false };
+    ["held", "holding", "grasped"].iter().any(|name| is_call(inner, name))
 }
 
 /// Returns what must all hold for a condition to hold.

@@ -79,6 +79,9 @@ fn what_would_fall_is_not_let_go() {
     let error = cell.run(&call("open_gripper()"), None, Box::new(Nobody)).unwrap_err().to_string();
     assert!(error.contains("would fall 1") && error.contains("place(jar)"), "{error}");
     assert_eq!(cell.state().unwrap().held.as_deref(), Some("jar"));
+    // What needs an empty hand says what is in it, and how it becomes empty.
+    let full = "the hand already holds `jar`; put it down first: `place(jar)`";
+    assert_eq!(cell.hindrance(&call("pour(jar, cup)")).as_deref(), Some(full));
     let run = cell.run(&call("place(jar)"), None, Box::new(Nobody)).unwrap();
     assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
 }
