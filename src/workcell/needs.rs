@@ -77,7 +77,9 @@ impl WorkCell {
         let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, &state);
         let root = &graph.root().path;
         let own = first.needs.iter().filter(|need| need.owner == *root);
-        let all: Vec<&Expr> = own.flat_map(|need| parts(&need.expr)).collect();
+        let mut all: Vec<&Expr> = own.flat_map(|need| parts(&need.expr)).collect();
+        // What is in the hand is known without a look, and is why a thing in it is out of reach.
+        all.sort_by_key(|part| !asks_for_empty_hand(part));
         for &part in &all {
             let reading = reader.read(part, &state);
             // A thing that is still nowhere once the camera has looked is not there.
