@@ -89,6 +89,20 @@ const SAID: &[(&str, &str)] = &[
     ("pour the jar in the red cup", "pour(jar, red)"),
     ("pour 50 ml of lava", "! \"50 ml of lava\" is an amount, and a thing is meant"),
     ("pick up the die with care", "! \"with care\" is not understood behind \"die\""),
+    // No word is passed over.
+    ("put the jar back", "! \"back\" is not understood behind \"jar\""),
+    ("put the jar back where it was", "! \"back where it was\" is not understood behind \"jar\""),
+    ("pick up the die slowly", "! \"slowly\" is not understood behind \"die\""),
+    (
+        "pour the jar next to the red cup",
+        "! \"next to the red cup\" may tell which is meant, and does not say what `target` is",
+    ),
+    ("pour one cup into the jar", "! \"one cup\" may be a thing or an amount"),
+    (
+        "pour the jar into the red cup and put it down",
+        "! `place(jar)` needs something in the hand, and after `pour(jar, red)` nothing is in it",
+    ),
+    ("pour the jar into the red cup and put it back", "! \"back\" is not understood behind \"it\""),
     // One after the other, and what "it" is.
     ("pick up the die, then put it down", "pick(die) then place(die)"),
     ("pick up the die and put it down", "pick(die) then place(die)"),

@@ -75,6 +75,9 @@ const QUALITIES: &[(&str, Quality)] = &[
     ("filled", Quality::Filled),
 ];
 
+/// Those of them that also say which way something goes.
+const SIDES: &[&str] = &["left", "right", "front", "back"];
+
 /// Returns the words that choose among things by themselves.
 pub(super) fn qualities() -> impl Iterator<Item = &'static str> {
     QUALITIES.iter().map(|(word, _)| *word)
@@ -154,8 +157,12 @@ pub(super) fn described(
     let plain = FILLERS.iter().fold(phrase.to_owned(), |said, filler| said.replace(filler, " "));
     let clauses = clauses(&plain);
     let head = clauses.first().map_or(plain.len(), |(at, ..)| *at);
-    let quality = plain[..head].split(' ').find_map(|word| {
-        QUALITIES.iter().find(|(known, _)| *known == word).filter(|_| plain.contains(' '))
+    let words: Vec<&str> = plain[..head].split(' ').collect();
+    let quality = words.iter().enumerate().find_map(|(at, word)| {
+        // "The jar back" tells where to, not which: a side stands before what it chooses among.
+        let is_before = || words.get(at + 1).is_some_and(|next| resolve::is_of_a_thing(next, with));
+        let found = QUALITIES.iter().find(|(known, _)| known == word)?;
+        (plain.contains(' ') && (!SIDES.contains(word) || is_before())).then_some(found)
     });
     if let Some((word, quality)) = quality {
         let rest: Vec<&str> = plain.split(' ').filter(|said| said != word).collect();
@@ -173,6 +180,14 @@ pub(super) fn described(
         }
     }
     first.map(Err)
+}
+
+/// Returns the clause of a description that names a thing: "next to the cup" of "the jar next to the cup" for `cup`.
+pub(super) fn clause_with<'p>(said: &'p str, thing: &str, with: &Knowledge<'_>) -> Option<&'p str> {
+    clauses(said).into_iter().find_map(|(at, words, _)| {
+        let others = resolve::objects(&said[at + words.len()..], None, "", with).ok()?;
+        others.iter().any(|other| other.value == thing).then(|| said[at..].trim_start())
+    })
 }
 
 /// Finds every clause, in order.

@@ -16,7 +16,7 @@ use super::meaning::Understood;
 use super::resolve::{self, Found, Hindrance};
 use super::share::{LEVEL, WHOLE};
 use super::template::{Template, Whole};
-use super::{relation, shift};
+use super::{describe, relation, shift};
 
 /// What one template makes of a sentence.
 pub(super) enum Reading {
@@ -43,7 +43,12 @@ pub(super) fn filled(
         let slot = param.name.text.as_str();
         let (said, found) = match slots.get(slot) {
             Some(said) => match resolve::resolve(said, &ty, slot, with) {
-                Ok(found) => (said.as_str(), found),
+                Ok(found) => {
+                    if let Some(doubt) = may_be_amount(said, params, slots) {
+                        return Reading::Hindered(Hindrance { after: i, ..doubt });
+                    }
+                    (said.as_str(), found)
+                }
                 Err(hindrance) => {
                     // Words that name a thing are no amount badly said, nor are they a part: another sentence was meant.
                     let is_other =
@@ -65,6 +70,9 @@ pub(super) fn filled(
     };
     if ways.len() > 1 && ways.iter().any(different) {
         ways.retain(different);
+    }
+    if let Some(doubt) = ways.iter().find_map(|way| named_beside(name, way, with)) {
+        return Reading::Hindered(Hindrance { after: params.len(), ..doubt });
     }
     let question = which(&ways, with);
     for way in &mut ways {
@@ -100,6 +108,43 @@ pub(super) fn filled(
         })
         .collect();
     readings(calls, question)
+}
+
+/// Says when what names a thing may be an amount that nobody gave otherwise: "pour one cup".
+fn may_be_amount(
+    said: &str,
+    params: &[Param],
+    slots: &BTreeMap<String, String>,
+) -> Option<Hindrance> {
+    let noun = said.strip_prefix("one ").filter(|noun| *noun != "one")?;
+    let is_open = |param: &Param| {
+        matches!(Ty::named(&param.ty.text), Ty::Quantity(_))
+            && !slots.contains_key(&param.name.text)
+    };
+    params.iter().any(is_open).then(|| {
+        let help = format!("say \"the {noun}\", or an amount with its unit, such as `60 mL`");
+        Hindrance::new(format!("\"{said}\" may be a thing or an amount"), Some(help))
+    })
+}
+
+/// Says when what nobody named for a slot was named beside another: of "pour the jar next to the cup" the cup is no target.
+fn named_beside(
+    name: &str,
+    way: &[(String, String, String)],
+    with: &Knowledge<'_>,
+) -> Option<Hindrance> {
+    let mut unsaid = way.iter().filter(|(_, said, _)| said.is_empty());
+    unsaid.find_map(|(slot, _, value)| {
+        let mut told = way.iter().filter(|(_, said, _)| !said.is_empty());
+        let clause = told.find_map(|(_, said, _)| describe::clause_with(said, value, with))?;
+        let why = format!(
+            "\"{}\" may tell which is meant, and does not say what `{slot}` is",
+            relation::spoken(clause)
+        );
+        let values: Vec<&str> = way.iter().map(|(.., value)| value.as_str()).collect();
+        let help = format!("if that is what is meant, write `{name}({})`", values.join(", "));
+        Some(Hindrance::new(why, Some(help)))
+    })
 }
 
 /// Asks for the first slot in which readings differ.

@@ -172,6 +172,21 @@ const BEHIND: &[&str] = &[
 /// The same that may also end what is said: "pick the jar up".
 const ENDINGS: &[&str] = &["up", "off", "in", "on", "by"];
 
+/// Words behind the name of a thing that say how, how often or which way, and that no sentence takes; so do those in "-ly".
+const HOW: &[&str] = &[
+    "again", "aside", "away", "back", "bit", "but", "fast", "once", "please", "twice", "until",
+    "upside", "when", "where", "while",
+];
+
+/// Those of them that say where to.
+const WHERE_TO: &[&str] = &["aside", "away", "back", "where"];
+
+/// Returns whether a word is one of a thing that is here.
+pub(super) fn is_of_a_thing(word: &str, with: &Knowledge<'_>) -> bool {
+    let is_own = |thing: &Thing| thing.words().iter().any(|known| known == word);
+    ANYTHING.contains(&word) || with.things.iter().any(is_own)
+}
+
 /// Returns the word after which the name of a thing is missing: `to` of `cube next to`, where the sentence ends too early.
 fn broken_off<'s>(said: &'s str, phrase: &str) -> Option<&'s str> {
     let last = said.rsplit(' ').next().unwrap_or(said);
@@ -188,7 +203,8 @@ fn not_understood<'p>(phrase: &'p str, things: &[Thing]) -> Option<(&'p str, &'p
             let words = thing.words();
             noun.split(' ').all(|word| words.iter().any(|known| known == word))
         };
-        BEHIND.contains(&first) && things.iter().any(is_named)
+        let is_open = BEHIND.contains(&first) || HOW.contains(&first) || first.ends_with("ly");
+        is_open && (*noun == "it" || things.iter().any(is_named))
     })
 }
 
@@ -200,6 +216,19 @@ fn missing(phrase: &str, kind: &str, library: &Library, things: &[Thing]) -> Hin
     }
     if let Some((noun, rest)) = not_understood(phrase, things) {
         let why = format!("\"{rest}\" is not understood behind \"{noun}\"");
+        let first = rest.split(' ').next().unwrap_or_default();
+        let help = if WHERE_TO.contains(&first) {
+            let thing = if noun == "it" { noun.to_owned() } else { format!("the {noun}") };
+            format!("say where it is to go, such as \"put {thing} on the table\"")
+        } else {
+            "leave it out, or write the call itself".to_owned()
+        };
+        return Hindrance::new(why, Some(help));
+    }
+    if let Some((first, rest)) = phrase.split_once(' ')
+        && BEHIND.contains(&first)
+    {
+        let why = format!("\"{first}\" is not understood before \"{rest}\"");
         return Hindrance::new(why, Some("leave it out, or write the call itself".into()));
     }
     let noun = phrase.rsplit(' ').next().unwrap_or(phrase);

@@ -34,7 +34,13 @@ pub(super) fn understand(said: &str, with: &Knowledge<'_>) -> Option<Meaning> {
             };
             let meaning = one(part, if way.is_empty() { with } else { &later });
             let readings = match meaning {
-                Meaning::Clear(reading) => vec![reading],
+                Meaning::Clear(reading) => {
+                    let stuck = after_nothing(&way, &reading, hand.as_ref(), with);
+                    if stuck.is_some() {
+                        return stuck;
+                    }
+                    vec![reading]
+                }
                 Meaning::Ambiguous { question: which, choices } => {
                     let choices = able(choices, hand.as_ref(), with);
                     question = question.or((choices.len() > 1).then_some(which));
@@ -61,6 +67,24 @@ fn in_hand(way: &[Understood], with: &Knowledge<'_>) -> Option<Hand> {
     }
     let calls = way.iter().flat_map(|wish| &wish.calls);
     calls.fold(None, |hand, call| hand::after(call, hand, with.library))
+}
+
+/// Says when a wish needs something in the hand, and those before it leave nothing there.
+fn after_nothing(
+    way: &[Understood],
+    next: &Understood,
+    hand: Option<&Hand>,
+    with: &Knowledge<'_>,
+) -> Option<Meaning> {
+    let (last, call) = (way.last()?, next.calls.first()?);
+    let is_stuck = hand == Some(&Hand::Empty) && !hand::can_begin(call, &Hand::Empty, with.library);
+    is_stuck.then(|| Meaning::Impossible {
+        why: format!(
+            "`{}` needs something in the hand, and after `{}` nothing is in it",
+            next.text, last.text
+        ),
+        help: Some("leave it out, or say where the thing is to go".into()),
+    })
 }
 
 /// Keeps the readings that can begin with that in the hand, if any can.
