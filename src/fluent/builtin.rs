@@ -156,7 +156,7 @@ fn said_of(on: &Evaluator<'_>, expr: &Expr, name: &str, a: &Standing<'_>) -> Val
             let has_looked = on.state.objects.iter().any(|each| each.world_from_object.is_some());
             let known = has_looked.then_some(a.pose.is_some());
             let seen = on.facts.visible(&object.name).or(known);
-            yes_no(expr, seen, &wording::place(&object.name))
+            yes_no(expr, seen, wording::NO_PHOTO)
         }
         "held" => yes_no(expr, Some(on.state.held.as_deref() == Some(&object.name)), ""),
         // At least as high as it is wide, and as a level hand is above the table.

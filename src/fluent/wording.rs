@@ -6,6 +6,8 @@
 pub(super) const TABLE_NOT_FELT: &str = "contact with the table was not measured";
 /// Two things may touch or not.
 pub(super) const CLOSE: &str = "they are close; contact was not measured";
+/// Nothing has a place yet.
+pub(super) const NO_PHOTO: &str = "no photo yet; type `:look`";
 /// Reach is for planning to say, and nothing was planned.
 pub(super) const NO_WAY_PLANNED: &str = "no path to it has been planned yet";
 /// One side of `==` has no value.

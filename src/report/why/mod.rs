@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 use crate::execution::done::FluentReading;
 use crate::fluent::Reading;
 use crate::monitor;
-use crate::trace::{FluentRow, Outcome, StepRecord};
+use crate::trace::{FluentRow, Outcome, StepRecord, TermRow};
 use crate::workcell::Run;
 
 use super::Failure;
@@ -22,7 +22,7 @@ use super::run::during;
 use history::{history, in_this_run};
 use kept::without_failure;
 pub(super) use tries::tries;
-use words::comparison;
+use words::{comparison, standing};
 pub(super) use words::{size, to_camera, unsigned, verdict, way};
 
 /// What is asked.
@@ -243,6 +243,18 @@ pub fn now(text: &str, reading: &Reading) -> String {
     let mut told = String::new();
     for row in &compared.rows {
         told += &verdict(row);
+        if row.measured == Some(false) {
+            let (held, failed): (Vec<_>, Vec<_>) =
+                row.terms.iter().partition(|term| term.truth == Some(true));
+            let said = |terms: &[&TermRow]| {
+                terms.iter().filter_map(|term| standing(term)).collect::<Vec<_>>().join(", ")
+            };
+            let (held, failed) = (said(&held), said(&failed));
+            let but = if held.is_empty() { "" } else { ", but " };
+            if !failed.is_empty() {
+                let _ = write!(told, "\n  {held}{but}{failed}");
+            }
+        }
         for term in &row.terms {
             let _ = write!(told, "\n  {}", comparison(term));
         }

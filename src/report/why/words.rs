@@ -66,8 +66,31 @@ pub(in crate::report) fn way(direction: &Direction, margin: Option<&Measure>) ->
     )
 }
 
-/// Which way the camera sees that to be, with whose left and right that is.
+/// Says what a comparison of how a thing stands came to; `None` of any other.
+pub(super) fn standing(term: &TermRow) -> Option<String> {
+    let (head, rest) = term.text.split_once(')')?;
+    let (name, object) = head.split_once('(').filter(|_| rest.starts_with(" <= "))?;
+    let (is, limit) = (unsigned(term.value.as_ref()?), unsigned(term.limit.as_ref()?));
+    Some(match (name, term.truth?) {
+        ("tilt", true) => format!("`{object}` is upright ({is} from the vertical)"),
+        ("tilt", false) => format!("`{object}` is tilted by {is} ({limit} allowed)"),
+        ("drop", true) => format!("`{object}` stands"),
+        ("drop", false) => {
+            format!(
+                "`{object}` does not stand: it is {is} above what is below it ({limit} allowed)"
+            )
+        }
+        _ => return None,
+    })
+}
+
+/// Which way the camera sees that to be, with whose left and right that is. Up and down are the table's: no camera is needed to
+/// tell them.
 pub(in crate::report) fn to_camera(direction: &Direction) -> String {
+    let [x, y, z] = direction.world;
+    if z.abs() > x.abs().max(y.abs()) {
+        return if z < 0.0 { "lower" } else { "higher" }.to_owned();
+    }
     match direction.camera.as_str() {
         side @ ("left" | "right") => format!("to the camera's {side}"),
         "nearer" => "nearer to the camera".into(),
@@ -90,5 +113,33 @@ mod tests {
         assert_eq!(said("left"), "to the camera's left");
         assert_eq!(said("farther"), "farther from the camera");
         assert_eq!(said("up"), "up in the camera's image");
+        // A jar that was to come down was to move "farther from the camera", which looks from above.
+        let world = [0.0, 0.3, -0.9];
+        let down = Direction { object: "jar".into(), world, camera: "farther".into() };
+        assert_eq!(to_camera(&down), "lower");
+        assert_eq!(way(&down, None), "`jar` needs to move lower (-z in the table's frame)");
+    }
+
+    /// A jar held upright 12 cm above the table was not upright, by 11.5 cm.
+    #[test]
+    fn how_a_thing_stands_is_told_part_by_part() {
+        let term = |text: &str, truth, value, limit, unit: &str| TermRow {
+            text: text.into(),
+            truth: Some(truth),
+            value: Some(Measure { value, unit: unit.into() }),
+            limit: Some(Measure { value: limit, unit: unit.into() }),
+            margin: None,
+            std: None,
+        };
+        let said = |term: &TermRow| standing(term).unwrap();
+        assert_eq!(
+            said(&term("drop(jar) <= 5 mm", false, 0.12, 0.005, "m")),
+            "`jar` does not stand: it is 12 cm above what is below it (5 mm allowed)"
+        );
+        assert!(
+            said(&term("tilt(jar) <= 5 deg", false, 1.361_357, 0.087_266, "rad"))
+                .starts_with("`jar` is tilted by 78 deg")
+        );
+        assert!(standing(&term("height(jar) <= 5 mm", false, 0.12, 0.005, "m")).is_none());
     }
 }
