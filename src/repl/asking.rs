@@ -8,7 +8,7 @@ use crate::teach::words;
 use crate::workcell::{self, WorkCell, check::check_step};
 
 use super::Session;
-use super::commands::COMMANDS;
+use super::commands::{COMMANDS, nothing_stepped};
 
 /// Words for a command that has another name.
 const OTHERWISE: &[(&str, &str)] = &[
@@ -53,6 +53,9 @@ impl Session<'_, '_> {
             return Err(Failure::input("repl::unasked", format!("`{word}` answers nothing")).help(
                 "a question that was asked is gone with the next line; type the call again",
             ));
+        }
+        if matches!(word, "stop" | "halt") {
+            return Err(nothing_stepped("stop"));
         }
         let other = OTHERWISE.iter().find(|(other, _)| *other == word);
         let meant = other.map_or(word, |(_, name)| *name);

@@ -57,7 +57,7 @@ impl Session<'_, '_> {
             "back" => self.back(rest),
             "fork" => self.fork(rest),
             "quiz" => self.quiz(rest),
-            "stop" => Err(nothing_stepped(word)),
+            "stop" | "halt" => Err(nothing_stepped("stop")),
             "undo-edit" => self.undo_edit(false),
             "redo-edit" => self.undo_edit(true),
             "why" => self.why(rest),
@@ -269,6 +269,7 @@ pub(super) fn nothing_stepped(word: &str) -> Failure {
     };
     Failure::input("repl::paused", words).help(match word {
         "back" => "`:back` looks at the last run's steps, `:step pick(jar)` pauses before each",
+        "stop" => "Ctrl-C stops the arm while it moves; what is typed then waits until it is done",
         "clear" => "`:break clear` takes breakpoints away, `:step pick(jar)` pauses at each step",
         _ => "`:step pick(jar)` pauses before each step, `:break grasp` before one",
     })

@@ -142,6 +142,8 @@ struct Session<'scope, 'env> {
     /// A line that came while a run was being stopped: it is the prompt's.
     held_back: Option<String>,
     clock: fn() -> f64,
+    /// Whether it was said what stops the arm.
+    is_told_to_stop: bool,
     /// When something was typed last, s of that clock.
     last_word: f64,
     /// The worst that came of a line: what a pipe ends with.
@@ -244,6 +246,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             looking: None,
             edits: Edits::new(hands.home),
             held_back: None,
+            is_told_to_stop: false,
             clock,
             last_word: clock(),
             worst: Cell::new(Exit::Yes as u8),

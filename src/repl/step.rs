@@ -46,6 +46,9 @@ impl Session<'_, '_> {
         let (style, perform) = (self.style, self.hands.perform);
         let what = text::step(&step);
         let cancel = self.bench.cell()?.cancel();
+        if self.lines.is_person() && !std::mem::replace(&mut self.is_told_to_stop, true) {
+            style.note("Ctrl-C stops the arm; a line that is typed meanwhile does not");
+        }
         let begun = self.bench.begin(move |cell| {
             let cancel = cell.cancel();
             let teller = Teller::new(style, place, earlier, move |prompt| {

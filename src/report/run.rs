@@ -345,6 +345,17 @@ fn displaced(thing: &Displaced) -> String {
     )
 }
 
+/// Says what a run that was stopped left in the hand, and what puts it down.
+pub(super) fn left_in_hand(run: &Run) -> Option<String> {
+    let world = run.steps.last().map(|step| &step.measured).or(run.start.as_ref())?;
+    let held = world.held.as_deref().filter(|_| run.outcome == Ending::Stopped)?;
+    Some(match left_tilted(run) {
+        // What is to be done with it is told as well.
+        Some(_) => format!("`{held}` is in the hand"),
+        None => format!("`{held}` is in the hand; `place({held})` puts it down"),
+    })
+}
+
 /// Words how a run ended.
 pub fn ending(run: &Run, style: Style) -> String {
     let mut text = match run.outcome {
@@ -365,6 +376,9 @@ pub fn ending(run: &Run, style: Style) -> String {
     }
     if let Some(help) = &run.device_help {
         let _ = write!(text, "\n  help: {help}");
+    }
+    if let Some(held) = left_in_hand(run) {
+        let _ = write!(text, "\n  {held}");
     }
     if let Some(tilted) = left_tilted(run) {
         let _ = write!(

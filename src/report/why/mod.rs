@@ -18,7 +18,7 @@ use crate::trace::{FluentRow, Outcome, StepRecord, TermRow};
 use crate::workcell::Run;
 
 use super::Failure;
-use super::run::during;
+use super::run::{during, left_in_hand};
 use history::{history, in_this_run};
 use kept::without_failure;
 pub(super) use tries::tries;
@@ -53,10 +53,14 @@ pub fn why(question: &Question<'_>) -> Result<String, Failure> {
         return while_running(run, name).ok_or_else(|| not_recorded(run, name));
     }
     let failed = run.steps.iter().rev().find(|step| step.outcome != Outcome::Success);
-    match failed {
-        Some(step) if !run.outcome.is_done() => Ok(failure(question, step)),
-        _ => Ok(without_failure(run)),
+    let mut text = match failed {
+        Some(step) if !run.outcome.is_done() => failure(question, step),
+        _ => without_failure(run),
+    };
+    if let Some(held) = left_in_hand(run) {
+        let _ = write!(text, "\n  {held}");
     }
+    Ok(text)
 }
 
 /// As [`why`], for a run that is under way: a fluent that is named is told as it is after the last step, whatever was promised
