@@ -9,6 +9,9 @@ use crate::workcell::picture;
 use super::line_source::Typed;
 use super::{Next, Session};
 
+/// What a line may say to a question.
+const LEGEND: &str = "  y yes   n no   u can't tell   Enter leaves it out   quit";
+
 /// What a line says to a question.
 enum Said {
     Answer(Answer),
@@ -50,13 +53,12 @@ impl Session<'_, '_> {
             let row = &step.fluents[item.row];
             self.forget_typed();
             self.style.say(format!(
-                "run {}, after step {} {}\n  picture  {}\n{}\n  y yes   n no   u can't tell   Enter leaves it \
-                 out   quit",
+                "run {}, after step {} {}\n  picture  {}\n{}\n{LEGEND}",
                 entry.number,
                 step.number,
                 step.action,
                 shown(item.run, step.number).display(),
-                row.ask.as_deref().unwrap_or(&row.name)
+                row.ask.as_deref().unwrap_or(&row.name),
             ));
             let said = match self.quiz_answer(&format!("quiz {}/{}> ", at + 1, items.len())) {
                 Said::Answer(said) => said,
@@ -86,7 +88,8 @@ impl Session<'_, '_> {
             };
             match line.trim() {
                 "" => return Said::Nothing,
-                "quit" | ":quit" | "stop" | ":stop" => return Said::Enough,
+                "quit" | ":quit" | "q" | ":q" | "exit" | "stop" | ":stop" => return Said::Enough,
+                "?" | "help" | ":help" => self.style.say(LEGEND),
                 word => {
                     if let Some(answer) = Answer::parse(word) {
                         return Said::Answer(answer);

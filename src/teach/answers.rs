@@ -45,7 +45,7 @@ impl Answer {
         match word.trim().to_lowercase().as_str() {
             "y" | "yes" => Some(Self::Yes),
             "n" | "no" => Some(Self::No),
-            "u" | "unknown" | "can't tell" | "cannot tell" | "?" => Some(Self::CannotTell),
+            "u" | "unknown" | "can't tell" | "cannot tell" => Some(Self::CannotTell),
             _ => None,
         }
     }

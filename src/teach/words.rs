@@ -69,7 +69,7 @@ pub enum Takes {
 pub fn is_one(line: &str) -> bool {
     let (word, _) = split(line);
     word.is_empty()
-        || matches!(word, "help" | "stop")
+        || matches!(word, "help" | "?" | "stop" | "halt" | "q")
         || is_word(word)
         || Answer::parse(line).is_some()
 }
@@ -121,8 +121,8 @@ pub fn parse(line: &str) -> Result<Wish, Wrong> {
             _ => Wish::Break(rest.to_owned()),
         },
         "clear" => Wish::Clear(named),
-        "quit" | "stop" => Wish::Quit,
-        "help" => Wish::Help,
+        "quit" | "q" | "stop" | "halt" => Wish::Quit,
+        "help" | "?" => Wish::Help,
         _ if Answer::parse(line).is_some() => return Err(Wrong::NoQuestion),
         _ => {
             let near = language::nearest(word, WORDS.iter().map(|(name, ..)| *name));
@@ -155,6 +155,9 @@ mod tests {
         assert_eq!(parse("break grasp(jar, side)"), Ok(Wish::Break("grasp(jar, side)".into())));
         assert_eq!(parse("break clear grasp"), Ok(Wish::Clear(Some("grasp".into()))));
         assert_eq!(parse(":stop"), Ok(Wish::Quit));
+        assert_eq!(parse("q"), Ok(Wish::Quit));
+        // Who asks what there is to say has not said that it cannot be told.
+        assert_eq!(parse("?"), Ok(Wish::Help));
     }
 
     #[test]

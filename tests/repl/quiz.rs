@@ -13,8 +13,8 @@ fn a_quiz_asks_shows_the_margin_and_counts() {
     let run = "runs/20260101-090000-pour";
     scratch.file(&format!("{run}/frames/01-after-real.png"), "a picture");
     scratch.file(&format!("{run}/frames/02-after-real.png"), "a picture");
-    let said =
-        scratch.typed(&[], ":quiz above\nmaybe\nn\n\n:quiz jump\n:quiz above\nquit\n:tasks\n");
+    let said = scratch
+        .typed(&[], ":quiz above\nmaybe\n?\nn\n\n:quiz jump\n:quiz above\nhelp\nq\n:tasks\n");
     assert_eq!(said.code, 1, "{}", said.out);
     for part in [
         "frames/02-after-real.png",
