@@ -259,7 +259,9 @@ impl Session<'_, '_> {
                     .help("`:break` lists them"));
             }
         } else if !what.is_empty() {
-            self.is_step(what)?;
+            if let Some(doubt) = self.is_step(what)? {
+                self.style.say(doubt);
+            }
             self.stops.set(what);
         }
         match self.stops.all().as_slice() {
@@ -273,23 +275,64 @@ impl Session<'_, '_> {
         Ok(())
     }
 
-    /// Says when no step can have that name. Paths and labels are believed.
-    fn is_step(&self, name: &str) -> Result<(), Failure> {
+    /// Says when no step can have that name, or `Ok` with what is not known of it. Paths and labels are believed.
+    fn is_step(&self, name: &str) -> Result<Option<String>, Failure> {
+        let file = name.rsplit_once(':').map(|(file, _)| file);
+        if file.is_some_and(|file| file.strip_suffix(".rhai").is_some()) {
+            return self.is_line(name).map(|()| None);
+        }
         let head = name.split('(').next().unwrap_or(name);
+        if let Ok(number) = head.parse::<usize>() {
+            return self.is_number(number);
+        }
         let is_word = head.chars().all(|c| c.is_alphanumeric() || c == '_');
-        if !is_word || head.parse::<usize>().is_ok() || self.library.callable(head).is_some() {
-            return Ok(());
+        if !is_word || self.library.callable(head).is_some() {
+            return Ok(None);
         }
         let tasks = self.library.tasks().map(|(task, _)| task.name.text.as_str());
         let actions = self.library.actions().map(|(action, _)| action.name.text.as_str());
         match language::nearest(head, tasks.chain(actions)) {
             // A label of `as` may be called anything, but hardly almost like an action.
-            None => Ok(()),
+            None => Ok(Some(format!(
+                "no action or task is called `{head}`: it pauses only before a step with that label"
+            ))),
             Some(near) => {
                 Err(Failure::input("repl::break", format!("no action or task is called `{head}`"))
                     .help(format!("did you mean `:break {near}`?")))
             }
         }
+    }
+
+    /// Says when a script has no such line: `lift.rhai:99`.
+    fn is_line(&self, place: &str) -> Result<(), Failure> {
+        let Some((file, line)) = place.rsplit_once(':') else { return Ok(()) };
+        let Some(script) = self.stdlib.file(&format!("actions/{file}")) else {
+            let near = language::nearest(file, self.stdlib.script_names());
+            let failure =
+                Failure::input("repl::break", format!("no action runs a script `{file}`"));
+            return Err(match near {
+                Some(near) => failure.help(format!("did you mean `:break {near}:{line}`?")),
+                None => failure.help("`:step` and `into` show the lines of a script"),
+            });
+        };
+        let n_lines = script.lines().count();
+        if line.parse::<usize>().is_ok_and(|line| (1..=n_lines).contains(&line)) {
+            return Ok(());
+        }
+        Err(Failure::input("repl::break", format!("`{file}` has {n_lines} lines"))
+            .help(format!("`:break {file}:{n_lines}` pauses at its last")))
+    }
+
+    /// Says when no step can have that number, or `Ok` with why it may have none.
+    fn is_number(&self, number: usize) -> Result<Option<String>, Failure> {
+        if number == 0 {
+            return Err(Failure::input("repl::break", "steps are counted from 1")
+                .help("`:break 1` pauses before the first step"));
+        }
+        let last = self.last.as_ref().map(|run| run.steps.len()).filter(|last| *last < number);
+        Ok(last.map(|last| {
+            format!("the last run had {last} steps: it pauses only in one that has {number}")
+        }))
     }
 
     /// `:back [STEP]`: the record of the last run of this session, else of the newest that is kept, from
