@@ -82,10 +82,13 @@ impl Session<'_, '_> {
             language::nearest(word, commands).map(|name| format!(":{name}"))
         });
         let failure = Failure::input("repl::unknown", format!("nothing here is called `{word}`"));
-        Err(failure.help(near.map_or_else(
-            || "`:tasks` lists what can be called, `:help` the commands".to_owned(),
-            |near| format!("did you mean `{near}`?"),
-        )))
+        Err(failure.help(match near {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if language::sentence::is_foreign(word) => {
+                "sentences are in English; `:help` lists what can be typed".to_owned()
+            }
+            None => "`:tasks` lists what can be called, `:help` the commands".to_owned(),
+        }))
     }
 
     /// Answers a line that asks what is so or how much something is; `false` when it does neither.

@@ -153,6 +153,12 @@ const SAID: &[(&str, &str)] = &[
     ("push the tray next to the jar", "push(tray, next_to(jar))"),
     ("stir the red cup with the die", "stir(red, die)"),
     ("wipe the tray", "wipe(tray)"),
+    // The particle behind the thing, and what has no thing.
+    ("pick the die up", "pick(die)"),
+    ("pick it up", "! nothing was named before \"it\""),
+    ("set the die down and then pick it up", "place(die) then pick(die)"),
+    ("pour some water", "! \"water\" does not say how much, or of what"),
+    ("pour half", "! \"half\" is an amount, and a thing is meant"),
     // Not here, not so, not known.
     ("put it down", "! nothing was named before \"it\""),
     ("pour the jar into the cup", "? which cup: red cup or blue cup?"),

@@ -8,6 +8,7 @@
 //!
 //! Source of clear, ambiguous and impossible: Park et al., "CLARA", 2023 (arXiv 2306.10376).
 
+mod advice;
 mod describe;
 mod fill;
 mod hand;
@@ -27,6 +28,7 @@ use super::ast::{Param, SceneItem, Step};
 use super::builtins::Ty;
 use super::parse::parse_line;
 use super::text;
+pub use advice::is_foreign;
 use fill::{Reading, filled, taught};
 use hand::Hand;
 pub use knowledge::{Knowledge, Phrase, Spot, Thing};
@@ -171,7 +173,7 @@ fn calls(
         for callable in with.library.callables() {
             for say in callable.say() {
                 let Ok(template) = Template::read(&say.text) else { continue };
-                let slots = template.fit(said, reach);
+                let slots = template.fit(without_particle(said, &say.text), reach);
                 let Some(slots) = slots.filter(|slots| !slots.values().any(is_broken)) else {
                     continue;
                 };
@@ -181,6 +183,12 @@ fn calls(
         }
     }
     (readings, question)
+}
+
+/// Takes away the "up" that people say behind the thing, where a template has it before: "pick it up".
+fn without_particle<'s>(said: &'s str, template: &str) -> &'s str {
+    let head = said.strip_suffix(" up").filter(|head| head.contains(' '));
+    head.filter(|_| template.contains("[up]")).unwrap_or(said)
 }
 
 fn collect(
@@ -270,6 +278,9 @@ fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
     let spoken: Vec<&str> = said.split(' ').collect();
     let mut best: Option<(usize, String)> = None;
     let mut first: Option<String> = None;
+    if let Some(help) = advice::instead(said, with) {
+        return help;
+    }
     if question::begins(said) {
         let thing = with.things.first();
         let (shown, name) = thing.map_or(("jar", "jar"), |thing| (thing.shown(), &thing.name));

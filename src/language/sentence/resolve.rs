@@ -4,7 +4,7 @@ use super::super::builtins::{self, Ty};
 use super::super::library::Library;
 use super::super::text;
 use super::knowledge::{Knowledge, Thing, either};
-use super::share::{LEVEL, level, share};
+use super::share::{LEVEL, WHOLE, level, share};
 use crate::units::{Dimension, Quantity, Unit, convert, suggest_unit};
 
 /// Words that may stand before the name of a thing and say nothing about which.
@@ -12,6 +12,9 @@ const ARTICLES: &[&str] = &["the", "a", "an", "this", "that", "my", "your", "our
 
 /// Words that every thing answers to.
 const ANYTHING: &[&str] = &["one", "thing", "object", "item"];
+
+/// What is in vessels.
+const CONTENTS: &[&str] = &["water", "juice", "contents"];
 
 /// Words for what was named before.
 const PRONOUNS: &[&str] = &["it", "that", "this", "that one", "this one"];
@@ -48,7 +51,11 @@ pub(super) fn resolve(
     with: &Knowledge<'_>,
 ) -> Result<Vec<Found>, Hindrance> {
     if PRONOUNS.contains(&said) && !matches!(ty, Ty::Quantity(_) | Ty::Face) {
-        return it(said, with);
+        let kind = match ty {
+            Ty::Object(kind) if !kind.is_empty() => Some(kind.as_str()),
+            _ => None,
+        };
+        return it(said, kind, with);
     }
     if *ty == Ty::Place
         && let Some(found) = super::relation::resolve(said, slot, with)
@@ -72,13 +79,14 @@ pub(super) fn resolve(
     }
 }
 
-/// Returns what was named before.
-fn it(said: &str, with: &Knowledge<'_>) -> Result<Vec<Found>, Hindrance> {
+/// Returns what was named before; where nothing was, says what could be named.
+fn it(said: &str, kind: Option<&str>, with: &Knowledge<'_>) -> Result<Vec<Found>, Hindrance> {
     let thing = with.it.and_then(|name| with.things.iter().find(|thing| thing.name == name));
     thing
         .map(|thing| vec![Found { value: thing.name.clone(), shown: thing.shown().to_owned() }])
         .ok_or_else(|| {
-            let help = Some("name the thing".into());
+            let help = list(kind.unwrap_or(builtins::OBJECT), with.library, with.things);
+            let help = help.or_else(|| Some("name the thing".into()));
             Hindrance::new(format!("nothing was named before \"{said}\""), help)
         })
 }
@@ -107,7 +115,7 @@ pub(super) fn objects(
 ) -> Result<Vec<Found>, Hindrance> {
     let phrase = bare(said);
     if PRONOUNS.contains(&phrase.as_str()) {
-        return it(&phrase, with);
+        return it(&phrase, kind, with);
     }
     let by_name = named(&phrase, kind, slot, with);
     if by_name.is_ok() {
@@ -210,9 +218,16 @@ fn not_understood<'p>(phrase: &'p str, things: &[Thing]) -> Option<(&'p str, &'p
 
 /// Names what there is when what was asked for is not there.
 fn missing(phrase: &str, kind: &str, library: &Library, things: &[Thing]) -> Hindrance {
-    if phrase.starts_with(|c: char| c.is_ascii_digit()) {
-        let help = Some("say into what, such as \"pour 60 mL into the cup\"".to_owned());
+    // "Everything" may be all things as well as all of the water.
+    let is_part = share(phrase).is_some_and(|part| part != WHOLE);
+    if is_part || phrase.starts_with(|c: char| c.is_ascii_digit()) {
+        let amount = if is_part { phrase } else { "60 mL" };
+        let help = Some(format!("say into what, such as \"pour {amount} into the cup\""));
         return Hindrance::new(format!("\"{phrase}\" is an amount, and a thing is meant"), help);
+    }
+    if CONTENTS.contains(&phrase) {
+        let help = Some("say how much, and into what, such as \"pour 60 mL into the cup\"".into());
+        return Hindrance::new(format!("\"{phrase}\" does not say how much, or of what"), help);
     }
     if let Some((noun, rest)) = not_understood(phrase, things) {
         let why = format!("\"{rest}\" is not understood behind \"{noun}\"");
