@@ -4,10 +4,11 @@
 //! it done.
 
 use std::cell::{LazyCell, RefCell};
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::files::{self, write};
-use crate::language::ast::Step;
+use crate::language::ast::{Expr, Step};
 use crate::language::parse_line;
 use crate::language::sentence::{self, Knowledge, Meaning, Phrase, Understood};
 use crate::report::exit::Exit;
@@ -127,6 +128,15 @@ pub(super) fn looks_like_one(line: &str) -> bool {
         && line.starts_with(char::is_alphabetic)
 }
 
+/// Reads what is worked out from what is measured: `filled(jar) / 2`; `None` of a name or a number, which say themselves what
+/// they are.
+fn quantity_of(value: &str) -> Option<Expr> {
+    let Some(Step::Let(_, expr, _)) = parse_line(&format!("let value = {value}")).0 else {
+        return None;
+    };
+    (!expr.calls().is_empty()).then_some(expr)
+}
+
 /// Asks which of several is meant.
 fn which(choices: &[Understood]) -> String {
     format!("type a number from 1 to {}, or n", choices.len())
@@ -177,7 +187,7 @@ impl Session<'_, '_> {
         let held = if says_it { cell.state().ok().and_then(|state| state.held) } else { None };
         let cell = RefCell::new(cell);
         let spots = LazyCell::new(|| cell.borrow_mut().spots().unwrap_or_default());
-        let meaning = sentence::understand(
+        let mut meaning = sentence::understand(
             said,
             &Knowledge {
                 library: &library,
@@ -190,6 +200,14 @@ impl Session<'_, '_> {
                 hindrance: &|call| cell.borrow_mut().hindrance(call),
             },
         );
+        if let Meaning::Clear(found) = &mut meaning {
+            for (_, _, value) in &mut found.slots {
+                let worth = quantity_of(value).map(|expr| cell.borrow_mut().quantity(&expr));
+                if let Some(Ok(Some(worth))) = worth {
+                    let _ = write!(value, ", {worth} now");
+                }
+            }
+        }
         let told = report::sentence::told(&meaning);
         match meaning {
             Meaning::Clear(found) => {
@@ -261,7 +279,11 @@ impl Session<'_, '_> {
 
     /// Takes a line as the answer to an open question; `false` when it is none, and the question is gone.
     pub(super) fn answered(&mut self, pending: Pending, line: &str) -> bool {
-        let answer = line.to_lowercase();
+        // "Yes, please" says as much; which robot lines move is changed by the bare word alone.
+        let answer = match pending {
+            Pending::Real => line.to_lowercase(),
+            _ => sentence::words(line),
+        };
         if matches!(answer.as_str(), "n" | "no") {
             self.style.say("left undone");
             return true;

@@ -26,6 +26,25 @@ pub(super) fn made_true(condition: &str) -> String {
     }
 }
 
+/// Whether a condition fails where things stand too near, too far or out of sight, and not for a number that was asked for.
+fn is_about_room(condition: &str) -> bool {
+    const OF_ROOM: &[&str] = &[
+        "visible",
+        "reachable",
+        "rests_on",
+        "above",
+        "contact",
+        "distance",
+        "offset",
+        "near",
+        "held",
+        "holding",
+        "grasped",
+    ];
+    let bare = condition.strip_prefix("not ").unwrap_or(condition);
+    bare.split_once('(').is_none_or(|(name, _)| OF_ROOM.contains(&name))
+}
+
 /// Says what a person could change when an amount of water came out otherwise than promised.
 fn about_water(water: &InTwin, unmet: &Unmet) -> &'static str {
     /// Less than this share of what is missing is not what went wrong, no unit.
@@ -69,6 +88,10 @@ pub(super) fn way_out(cause: &Cause, water: Option<&InTwin>) -> String {
                 (Some(unmet), Some(water)) => about_water(water, unmet).to_owned(),
                 (Some(unmet), None) if letting_go(&unmet.term).is_some() => {
                     made_true(&unmet.term)
+                }
+                (Some(unmet), _) if !is_about_room(&unmet.term) => {
+                    "ask for less, or change what the task promises: it is not so in the simulation"
+                        .to_owned()
                 }
                 _ => {
                     "if it is a matter of room, move the objects nearer to the arm or closer together"
@@ -152,6 +175,11 @@ mod tests {
         );
         assert!(way_out(&Cause::Promise(unmet("not held(any)", None)), None).contains("`place`"));
         assert_eq!(way_out(&Cause::Needs(unmet("upright(jar)", None)), None), "make it true first");
+        // A height that was asked for is no matter of room.
+        let high = way_out(&Cause::Promise(unmet("height(jar) >= 30 cm", None)), None);
+        assert!(high.starts_with("ask for less"), "{high}");
+        let beside = way_out(&Cause::Promise(unmet("rests_on(jar, tray)", None)), None);
+        assert!(beside.contains("matter of room"), "{beside}");
         let heavy = way_out(&Cause::TooHeavy("too heavy".into()), None);
         assert!(heavy.contains("lighter"), "{heavy}");
         let no_way = |why| Cause::NoWay(NoWay { what: "to get there".into(), why });
