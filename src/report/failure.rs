@@ -297,7 +297,7 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Needs { what, .. } => {
             Failure::no("run::needs", words).help(format!("{}; nothing has moved", made_true(what)))
         }
-        Error::HandFull { .. } => {
+        Error::HandFull { .. } | Error::NotInHand { .. } => {
             let first = error.first().unwrap_or_default();
             Failure::no("run::needs", words).help(format!("{first}; nothing has moved"))
         }

@@ -118,6 +118,16 @@ pub enum Error {
         /// Whether that is a drawer, which is let go where it is.
         is_drawer: bool,
     },
+    /// The call needs something in the hand that is not there; nothing has moved.
+    #[error("`{object}` is not in the hand{}", other.as_ref().map(|other| format!("; `{other}` is")).unwrap_or_default())]
+    NotInHand {
+        /// What it needs there.
+        object: String,
+        /// What is there.
+        other: Option<String>,
+        /// Whether what it needs is a drawer, which is taken by its handle.
+        is_drawer: bool,
+    },
     /// Everything failed in the twin.
     #[error(
         "none of {tried} simulated plans succeeded; the best failed at {step}: {failure}{}",
@@ -170,6 +180,13 @@ impl Error {
                 Some("let it go first: `open_gripper()`".to_owned())
             }
             Self::HandFull { held, .. } => Some(format!("put it down first: `place({held})`")),
+            Self::NotInHand { other: Some(other), .. } => {
+                Some(format!("put that down first: `place({other})`"))
+            }
+            Self::NotInHand { object, is_drawer: true, .. } => {
+                Some(format!("take its handle first: `take_handle({object})`"))
+            }
+            Self::NotInHand { object, .. } => Some(format!("pick it up first: `pick({object})`")),
             _ => None,
         }
     }

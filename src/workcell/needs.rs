@@ -13,6 +13,8 @@ use super::{Error, WorkCell};
 
 /// A vessel with less in it is empty, m³: a drop and a half, which is what stays on its walls.
 const DRY: f64 = 0.1e-6;
+/// Fluents that say what is in the hand.
+const IN_HAND: [&str; 3] = ["held", "holding", "grasped"];
 /// Up to so much a vessel in the hand is tilted while it is carried, rad. Chosen: 20 deg; what is carried keeps within 8 deg of
 /// upright, and what pours is tilted further than this.
 pub const TILTED: f64 = 0.35;
@@ -93,6 +95,12 @@ impl WorkCell {
                 let is_drawer = scene.drawer(&held).is_some();
                 return Err(Error::HandFull { held, is_drawer });
             }
+            if let Some((_, object)) = about(part).filter(|(name, o)| {
+                IN_HAND.contains(name) && o != "any" && state.held.as_ref() != Some(o)
+            }) {
+                let (other, is_drawer) = (state.held.clone(), scene.drawer(&object).is_some());
+                return Err(Error::NotInHand { object, other, is_drawer });
+            }
             let by = reading.margin.map_or(0.0, |margin| margin.value.abs());
             let amount_at = |place| {
                 let amount = argument(part, place);
@@ -145,7 +153,7 @@ impl WorkCell {
 /// Whether a condition is that something, or anything, is not in the hand.
 fn asks_for_empty_hand(condition: &Expr) -> bool {
     let ExprKind::Not(inner) = &condition.kind else { return false };
-    ["held", "holding", "grasped"].iter().any(|name| is_call(inner, name))
+    IN_HAND.iter().any(|name| is_call(inner, name))
 }
 
 /// Returns what must all hold for a condition to hold.

@@ -74,6 +74,8 @@ fn a_jar_that_slips_while_it_is_lifted_is_let_go_and_looked_for() {
 #[test]
 fn what_would_fall_is_not_let_go() {
     let mut cell = WorkCell::open(Options { scene: Some(dry()), ..plain() }).unwrap();
+    let empty = "`jar` is not in the hand; pick it up first: `pick(jar)`";
+    assert_eq!(cell.hindrance(&call("place(jar)")).as_deref(), Some(empty));
     let run = cell.run(&call("pick(jar)"), None, Box::new(Nobody)).unwrap();
     assert_eq!(run.outcome, Ending::Success, "{:?}", run.reason);
     let error = cell.run(&call("open_gripper()"), None, Box::new(Nobody)).unwrap_err().to_string();
