@@ -28,7 +28,8 @@ pub(super) struct LearnArgs {
     /// Change nothing; say what would change.
     #[arg(long)]
     dry: bool,
-    /// These runs show how a person chooses: they move the priors instead. Never the robot's own choices.
+    /// Count how a person chooses, which moves the priors instead: the branches of these runs that were asked for with
+    /// `via`. Never the robot's own choices.
     #[arg(long)]
     demonstrations: bool,
 }
@@ -123,7 +124,7 @@ pub(super) fn learn(args: &LearnArgs, cli: &Shared, style: Style) -> Result<Exit
     Ok(Exit::Yes)
 }
 
-/// Counts what people chose.
+/// Counts what people asked for, each run once.
 fn demonstrated(
     runs: &[(String, Run)],
     dry: bool,
@@ -136,22 +137,39 @@ fn demonstrated(
     } else {
         Priors::default()
     };
-    for (_, run) in runs {
-        if let Some(pg) = run.parse_graphs.first() {
-            priors.learn(pg);
+    let (mut counted, mut known, mut without) = (0, 0, 0);
+    for (name, run) in runs {
+        if priors.runs.contains(name) {
+            known += 1;
+        } else if run.parse_graphs.first().is_some_and(|pg| priors.learn(pg) > 0) {
+            priors.runs.insert(name.clone());
+            counted += 1;
+        } else {
+            without += 1;
         }
     }
-    if !dry {
+    if !dry && counted > 0 {
         let text = serde_json::to_string_pretty(&priors)
             .map_err(|error| Failure::input("io::write", error.to_string()))?;
         write::replace(&path, text + "\n").map_err(|error| Failure::unwritten(&path, &error))?;
     }
     if style.json {
-        style.document(&json!({"demonstrations": runs.len(), "dry": dry, "counts": priors.counts}));
+        style.document(&json!({
+            "demonstrations": counted, "known_before": known, "without_choice": without, "dry": dry,
+            "counts": priors.counts,
+        }));
         return Ok(Exit::Yes);
     }
     for (branch, count) in &priors.counts {
-        style.say(format!("{branch}  chosen {count} times"));
+        let times = if *count == 1 { "time" } else { "times" };
+        style.say(format!("{branch}  chosen {count} {times}"));
+    }
+    let verb = if dry { "would be learnt from" } else { "learnt from" };
+    style.say(format!("{verb}: {counted} runs; known before: {known}"));
+    if without > 0 {
+        style.say(format!(
+            "passed over: {without} runs in which no branch was asked for with `via`; what the robot chose is not counted"
+        ));
     }
     Ok(Exit::Yes)
 }

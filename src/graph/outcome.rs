@@ -5,7 +5,7 @@
 //! Twin and arm are counted apart. Outcomes are an append-only file of JSON lines, so two programs may
 //! write and nothing is lost when one of them stops half-way.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -150,14 +150,22 @@ pub fn outcomes_of(
 pub struct Priors {
     /// How often people took each branch, by key.
     pub counts: BTreeMap<String, u32>,
+    /// The runs that are counted in them. Files of older programs name none.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub runs: BTreeSet<String>,
 }
 
 impl Priors {
-    /// Counts what one demonstration chose.
-    pub fn learn(&mut self, demonstration: &ParseGraph) {
-        for choice in demonstration.choices.iter().filter(|choice| choice.is_free) {
+    /// Counts what a person asked for in one demonstration, and nothing that the robot chose in it. Returns how many
+    /// branches that were.
+    pub fn learn(&mut self, demonstration: &ParseGraph) -> usize {
+        let asked = demonstration.choices.iter().filter(|choice| choice.is_free && choice.is_asked);
+        let mut found = 0;
+        for choice in asked {
             *self.counts.entry(choice.key.clone()).or_default() += 1;
+            found += 1;
         }
+        found
     }
 
     /// Returns the probability of each branch of an Or; they add up to 1.

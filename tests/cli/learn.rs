@@ -9,8 +9,13 @@ use crate::program::Scratch;
 
 /// A stored run of `pick(jar)` whose grasp by `branch` worked or did not.
 fn run(branch: &str, worked: bool, robot: &str) -> Value {
+    run_of(&format!("pick(jar) via {branch}"), branch, worked, robot)
+}
+
+/// The same of another line that comes to that branch.
+fn run_of(line: &str, branch: &str, worked: bool, robot: &str) -> Value {
     let mut library = Library::standard();
-    let (step, _) = parse_line(&format!("pick(jar) via {branch}"));
+    let (step, _) = parse_line(line);
     let call = library.define(&Source::default(), &[step.unwrap()]);
     let graph = graph::build(&library, &call).unwrap();
     let given = Given {
@@ -107,6 +112,32 @@ fn demonstrations_move_the_priors_and_nothing_else() {
     let said = scratch.trueup(&["graph", "pick(jar)"]);
     // Ten earlier ones at 0.6 and three of four shown: 9 of 14.
     assert!(said.out.contains("prior 0.64"), "{}", said.out);
+}
+
+/// A plain `pick(jar)` counted as a demonstration of what the planner took, and once more each time it was learnt from: the
+/// lock-in that priors are kept apart for.
+#[test]
+fn what_the_robot_chose_is_no_demonstration_and_a_run_counts_once() {
+    let scratch = Scratch::new("cli-learn-own");
+    scratch.file("runs/own/run.json", run_of("pick(jar)", "level_side", true, "lab").to_string());
+    let learn = ["learn", "runs", "--demonstrations"];
+    let json = scratch.trueup(&[&learn[..], &["--json"]].concat()).json();
+    assert_eq!(json["counts"], json!({}));
+    assert_eq!(
+        (json["demonstrations"].as_u64(), json["without_choice"].as_u64()),
+        (Some(0), Some(1))
+    );
+    assert!(!scratch.path("runs/priors.json").exists());
+
+    scratch.file("runs/asked/run.json", run("tilted_side", true, "lab").to_string());
+    for known in [0, 1] {
+        let json = scratch.trueup(&[&learn[..], &["--json"]].concat()).json();
+        assert_eq!(json["counts"], json!({"pick/either.tilted_side": 1}));
+        assert_eq!(json["known_before"].as_u64(), Some(known));
+    }
+    let said = scratch.trueup(&learn);
+    assert!(said.out.contains("pick/either.tilted_side  chosen 1 time\n"), "{}", said.out);
+    assert!(said.out.contains("learnt from: 0 runs; known before: 1"), "{}", said.out);
 }
 
 #[test]

@@ -203,6 +203,7 @@ fn runs(checked: &mut Checked) {
     checked.is("report", &["report", "1"]);
     checked.is("export", &["export", "1", "--csv", "run.csv"]);
     checked.is("learn", &["learn", "runs"]);
+    checked.is("learn", &["learn", "runs", "--demonstrations"]);
     let picture = format!("{}/frames/01-before-real.jpg", run["run_dir"].as_str().unwrap());
     checked.is("camera-see", &["camera", "see", &picture, "--out", "seen"]);
     checked.is("camera-segment", &["camera", "segment", &picture]);

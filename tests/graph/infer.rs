@@ -314,8 +314,9 @@ fn greedy_takes_what_worked_and_the_prior_when_nothing_is_known() {
 fn learning_moves_the_numbers_and_is_reproducible() {
     let program = pouring();
     let graph = built(&program, &call("pick", &["jar"]));
-    let top =
+    let mut top =
         best(&graph, &Settings::new(&program, &kitchen).pin("pick/either", "top").given()).unwrap();
+    top.choices.iter_mut().for_each(|choice| choice.is_asked = true);
     let mut priors = Priors::default();
     for _ in 0..10 {
         priors.learn(&top);
@@ -353,6 +354,9 @@ fn a_robots_own_runs_never_change_the_priors() {
     for _ in 0..50 {
         count(&mut outcomes, &pg, false);
     }
+    let mut priors = Priors::default();
+    assert_eq!(priors.learn(&pg), 0);
+    assert_eq!(priors, Priors::default());
     let policy = Policy::Greedy { outcomes: &outcomes, domain: "real" };
     let after = sample(&graph, &settings.given(), &policy, 3).unwrap();
     assert_eq!(after.branch("pick/either"), Some("top"));

@@ -155,6 +155,7 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         p: 0.6,
         possible: vec!["level_side".into(), "tilted_side".into()],
         is_free: true,
+        is_asked: false,
         assumed: None,
     };
     Run {

@@ -51,6 +51,9 @@ pub struct Choice {
     pub possible: Vec<String>,
     /// Whether people choose here, so that outcomes count.
     pub is_free: bool,
+    /// Whether a person asked for this branch, with `via`. Records of older programs do not say.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_asked: bool,
     /// What a decided Or took for granted: the condition, and whether it was known to be so.
     pub assumed: Option<Assumption>,
 }

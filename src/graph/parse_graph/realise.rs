@@ -138,6 +138,7 @@ impl Writer<'_> {
             p: taken.p,
             possible: taken.possible.iter().map(|b| or.branches[*b].name.clone()).collect(),
             is_free: or.decides.is_free(),
+            is_asked: or.via == Some(taken.branch),
             assumed,
         });
     }
