@@ -76,6 +76,8 @@ pub(super) enum Mistake<'a> {
     UnknownShape { name: &'a str },
     #[error("a {shape} takes {}", slots.join(", "))]
     ShapeTakes { shape: &'a str, slots: &'static [&'static str] },
+    #[error("a {shape} has no `{name}`")]
+    NoSide { shape: &'a str, name: &'a str, near: &'static str },
     #[error("a lathe takes a radius and a height for each point, by turns")]
     LathePairs,
     #[error("{0}")]
@@ -170,7 +172,9 @@ impl Mistake<'_> {
             Self::TableCentre => ("task::point", "too few"),
             Self::TableHeight => ("task::point", "expected x and y"),
             Self::UnknownShape { .. } => ("task::unknown_name", "not a shape"),
-            Self::UnknownProperty { .. } => ("task::unknown_name", "not known"),
+            Self::UnknownProperty { .. } | Self::NoSide { .. } => {
+                ("task::unknown_name", "not known")
+            }
             Self::ShapeTakes { .. } | Self::LathePairs => ("task::argument", "not what it takes"),
             Self::NoProfile(_) => ("task::size", "not a profile"),
             Self::NoMug(_) => ("task::size", "not a mug"),
@@ -285,6 +289,7 @@ impl Mistake<'_> {
                         .into()
                 }
             },
+            Self::NoSide { near, .. } => did_you_mean(near),
             Self::UnknownProperty { name } => match nearest(name, PROPERTIES.iter().copied()) {
                 Some(near) => did_you_mean(near),
                 None => format!("known are: {}", PROPERTIES.join(", ")),

@@ -118,6 +118,7 @@ mod tests {
              cup: Container = cylindr(radius 8 cm, height 9 cm)\n\
              mug: Container = cylinder(radius 4 cm, height 9 cm) { holds 2 L filled 1 mL }\n\
              pot: Container = cylinder(radius 4 cm) { colour \"bluish\" }\n\
+             can: Container = cylinder(radius 4 cm, heigth 9 cm)\n\
              marks dots(radius 12 mm) { (2 m, 0 m) }\n\
              camera c { image 640 x 480 focal 600 px at (1 m, 0 m, -1 m) looking (0 m, 0 m, 0 m) } }",
         )
@@ -130,6 +131,7 @@ mod tests {
             "`mug` cannot hold 2 L: inside it measures 374 mL",
             "a cylinder takes radius, height",
             "this is not a colour",
+            "a cylinder has no `heigth`",
             "this mark does not lie on the table",
             "the camera `c` cannot see the table from there",
             "the scene `s` has no robot",

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::error::{Mistake, Side};
 use super::read::Reader;
 use crate::language::ast::{Expr, ExprKind, Literal, Property, SceneThing};
+use crate::language::nearest;
 use crate::units::{Dimension, Quantity};
 use crate::world::colour::COLOURS;
 use crate::world::mug::Sizes;
@@ -132,6 +133,16 @@ impl Reader<'_> {
                 return None;
             }
         };
+        let misspelt = call.args.iter().filter_map(|arg| arg.name.as_ref()).find_map(|name| {
+            let is_known = name.text == "diameter" || slots.contains(&name.text.as_str());
+            let near = nearest(&name.text, slots.iter().copied()).filter(|_| !is_known)?;
+            Some((name, near))
+        });
+        if let Some((name, near)) = misspelt {
+            let mistake = Mistake::NoSide { shape: &call.name.text, name: &name.text, near };
+            self.tell(name.span, &mistake);
+            return None;
+        }
         let mut sides = vec![None; slots.len()];
         for (name, value) in named {
             // The breadth of a cup is what a ruler gives; half of it is what the shape wants.

@@ -278,7 +278,7 @@ fn a_step_that_reads_otherwise_elsewhere_is_told() {
             "look",
             "task::syntax",
             "something is missing after this",
-            "to run `look`, write `look(…)` with what it acts on",
+            "write `look()`, with what it acts on between the parentheses",
         ),
         ("pour(jar，cup)", "task::syntax", "`，` cannot stand here", "write `,`"),
         ("pour(jar; cup)", "task::syntax", "`;` cannot stand here", "write `,`"),
@@ -345,7 +345,7 @@ fn a_definition_that_cannot_stand_is_told() {
         (
             "fluent f() = g()\nfluent g() = f()",
             "task::cycle",
-            "`g` leads back to what it is to explain",
+            "`g` is defined by itself, through `f`",
             "say what it is by things that can be measured",
         ),
         (

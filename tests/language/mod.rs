@@ -3,6 +3,7 @@
 mod assist;
 mod diagnostics;
 mod forms;
+mod habits;
 mod layout;
 mod meanings;
 mod mistakes;

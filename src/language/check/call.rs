@@ -1,6 +1,6 @@
 //! Arguments against parameters: how many, of which name, type and unit.
 
-use super::super::ast::{Arg, BinaryOp, Call, Expr, ExprKind, Param};
+use super::super::ast::{Arg, BinaryOp, Call, Expr, ExprKind, Param, Span};
 use super::super::builtins::Ty;
 use super::super::diagnostic::Diagnostic;
 use super::super::library::Callable;
@@ -21,6 +21,9 @@ pub(super) struct Slot<'a> {
 impl Checker<'_> {
     /// Checks the arguments of a call against its parameters, and where it does something (`does`) also its amounts.
     pub(super) fn args(&mut self, call: &Call, slots: &[Slot], names: &Names, does: bool) {
+        if self.decimal_comma(call, slots) {
+            return;
+        }
         let mut taken: Vec<bool> = vec![false; slots.len()];
         let mut incomplete = false;
         let mut things: Vec<(&str, &str)> = Vec::new();
@@ -80,6 +83,35 @@ impl Checker<'_> {
                 .help(format!("write {}", signature(&call.name.text, slots))),
             );
         }
+    }
+
+    /// Tells of `1,5 mL`, which is two arguments, where a quantity with a unit is wanted.
+    fn decimal_comma(&mut self, call: &Call, slots: &[Slot]) -> bool {
+        let literal = |arg: &Arg| {
+            let [value] = arg.values.as_slice() else { return None };
+            let ExprKind::Literal(quantity) = value.kind else { return None };
+            Some((quantity.dimension, value.span))
+        };
+        let found = call.args.windows(2).enumerate().find_map(|(i, pair)| {
+            let slot = match &pair[0].name {
+                Some(name) => slots.iter().find(|slot| slot.name == name.text)?,
+                None => slots.get(i)?,
+            };
+            let ((whole, first), (_, second)) = (literal(&pair[0])?, literal(&pair[1])?);
+            let has_unit = matches!(slot.ty, Ty::Quantity(wanted) if !wanted.is_none());
+            let is_one = first.to + 1 == second.from && pair[1].name.is_none();
+            (has_unit && whole.is_none() && is_one).then_some((first, second))
+        });
+        let Some((first, second)) = found else { return false };
+        let meant = format!("{}.{}", self.source.slice(first), self.source.slice(second));
+        let span = Span { from: first.from, to: second.to };
+        let message = "a decimal number is written with a point";
+        self.tell(
+            Diagnostic::error("task::argument", span, message, "read as two arguments")
+                .help(format!("write `{meant}`"))
+                .fix(span, meant),
+        );
+        true
     }
 
     pub(super) fn extra_argument(&mut self, call: &Call, arg: &Arg, slots: &[Slot]) {

@@ -8,6 +8,10 @@ use super::call::{Slot, constant, slot, small, with_unit};
 use super::{Checker, Names};
 use crate::units::{Dimension, Quantity};
 
+/// Circles of fluents that are remembered of a file, each at most 64 long. Chosen: nobody mends more at a time, and a text
+/// of thousands of fluents that ask for each other is checked as fast as any.
+const MOST_CIRCLES: usize = 16;
+
 impl Checker<'_> {
     /// Returns the type of an expression and tells what is wrong in it.
     pub(super) fn expr(&mut self, expr: &Expr, names: &Names) -> Ty {
@@ -160,19 +164,31 @@ impl Checker<'_> {
         Ty::Any
     }
 
-    /// Works out what a fluent is worth: true or false, or a quantity.
+    /// Works out what a fluent is worth: true or false, or a quantity. That it leads back to the fluent that is being checked
+    /// is told where that one asks for it.
     pub(super) fn fluent_type(&mut self, fluent: &FluentItem, span: Span) -> Ty {
+        let ty = self.fluent_worth(fluent);
         let name = &fluent.name.text;
-        if self.pending.contains(name) {
-            self.tell(
-                Diagnostic::error(
-                    "task::cycle",
-                    span,
-                    format!("`{name}` is explained by itself"),
-                    "asked again here",
-                )
+        let [asking] = self.pending.as_slice() else { return ty };
+        let found = self.circles.iter().find_map(|circle| between(circle, asking, name));
+        let Some(others) = found else { return ty };
+        let message = match others.as_slice() {
+            [] => format!("`{name}` is defined by itself"),
+            others => format!("`{name}` is defined by itself, through {}", others.join(" and ")),
+        };
+        self.tell(
+            Diagnostic::error("task::cycle", span, message, "in a circle")
                 .help("say what it is by things that can be measured"),
-            );
+        );
+        ty
+    }
+
+    fn fluent_worth(&mut self, fluent: &FluentItem) -> Ty {
+        let name = &fluent.name.text;
+        if let Some(at) = self.pending.iter().position(|pending| pending == name) {
+            if self.circles.len() < MOST_CIRCLES {
+                self.circles.push(self.pending[at..].to_vec());
+            }
             return Ty::Any;
         }
         if let Some(ty) = self.fluents.get(name) {
@@ -190,22 +206,10 @@ impl Checker<'_> {
             .map(|param| (param.name.text.clone(), Ty::named(&param.ty.text)))
             .collect();
         let ty = self.expr(&fluent.body, &names);
-        // Its own mistakes are told where it is defined; that it leads back here is told here.
-        let cycle = self.diagnostics[told..].iter().any(|d| d.code == "task::cycle");
+        // Its own mistakes are told where it is defined.
         self.diagnostics.truncate(told);
         self.pending.pop();
         self.fluents.insert(name.clone(), ty.clone());
-        if cycle && self.pending.len() == 1 {
-            self.tell(
-                Diagnostic::error(
-                    "task::cycle",
-                    span,
-                    format!("`{name}` leads back to what it is to explain"),
-                    "in a circle",
-                )
-                .help("say what it is by things that can be measured"),
-            );
-        }
         ty
     }
 
@@ -405,4 +409,11 @@ impl Checker<'_> {
         );
         Ty::Any
     }
+}
+
+/// Returns through which fluents of a circle the one that another asks for next leads back to itself.
+fn between(circle: &[String], asking: &str, name: &str) -> Option<Vec<String>> {
+    let (at, n) = (circle.iter().position(|one| one == asking)?, circle.len());
+    let quoted = |step: usize| format!("`{}`", circle[(at + step) % n]);
+    (circle[(at + 1) % n] == name).then(|| (2..=n).map(quoted).collect())
 }

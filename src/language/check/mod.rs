@@ -37,6 +37,8 @@ pub(super) struct Checker<'a> {
     diagnostics: Vec<Diagnostic>,
     /// Fluents whose type is being worked out, outermost first.
     pending: Vec<String>,
+    /// Fluents each of which asks for the next, and the last for the first, as far as they were met.
+    circles: Vec<Vec<String>>,
     /// The types of the fluents worked out so far.
     fluents: BTreeMap<String, Ty>,
     /// Whether a task leads to ends alone, and not to a circle of tasks.
@@ -56,6 +58,7 @@ impl<'a> Checker<'a> {
             source,
             diagnostics: Vec::new(),
             pending: Vec::new(),
+            circles: Vec::new(),
             fluents: BTreeMap::new(),
             ends: BTreeMap::new(),
             budget: MOST_LOOKS,

@@ -72,8 +72,7 @@ pub(crate) fn balance(source: &str, from: usize, to: usize) -> Balanced {
     // Unclosed texts first: the brackets inside them never count.
     for token in all.iter().filter(|t| t.kind == Kind::OpenText) {
         let text = token.text(source);
-        // A bracket at the line's end most likely closes something, it is not part of the text.
-        let end = token.from + text.trim_end_matches(['}', ')', ' ', '\t']).len().max(1);
+        let end = token.from + text_len(text);
         edits.push(Edit { at: end, insert: "\"" });
         diagnostics.push(
             Diagnostic::error(
@@ -106,6 +105,23 @@ pub(crate) fn balance(source: &str, from: usize, to: usize) -> Balanced {
     out.diagnostics = diagnostics;
     out.hopeless = hopeless;
     out
+}
+
+/// Returns how much of a text that is never closed is the text: a bracket at the line's end that nothing in the text opens
+/// most likely closes something outside, and the `}` of `"serve the {o}` does not.
+fn text_len(text: &str) -> usize {
+    let mut rest = text.trim_end();
+    loop {
+        let (open, close) = match rest.chars().next_back() {
+            Some('}') => ('{', '}'),
+            Some(')') => ('(', ')'),
+            _ => return rest.len().max(1),
+        };
+        if rest.matches(close).count() <= rest.matches(open).count() {
+            return rest.len();
+        }
+        rest = rest[..rest.len() - 1].trim_end();
+    }
 }
 
 /// An open bracket on the way.
@@ -145,10 +161,14 @@ fn match_brackets(
         }
         let text = token.text(source);
         let before = i.checked_sub(1).map(|i| code[i]);
+        let place = (before.map_or(token.from, |b| b.to), Some(*token));
         if open.last().is_some_and(|o| o.token.text(source) == "(")
             && ends_parentheses(source, code, i)
         {
-            close_parentheses(source, &mut open, *token, before, edits, diagnostics);
+            close(source, &mut open, &["("], place, edits, diagnostics);
+        }
+        if braces_missing && !open.is_empty() && begins_file_step(source, code, i) {
+            close(source, &mut open, &["(", "{"], place, edits, diagnostics);
         }
         match (token.kind, text) {
             (Kind::Open, _) => {
@@ -192,16 +212,8 @@ fn match_brackets(
         }
     }
     let last = code.last().map_or(end, |t| t.to);
-    let mut told = false;
-    while let Some(left) = open.pop() {
-        let brace = left.token.text(source) == "{";
-        edits.push(Edit { at: last, insert: if brace { "}" } else { ")" } });
-        // One message: the outer ones would most likely have been closed too.
-        if !told {
-            diagnostics.push(unclosed(source, left.token, None));
-            told = true;
-        }
-    }
+    // One message: the outer ones would most likely have been closed too.
+    close(source, &mut open, &["(", "{"], (last, None), edits, diagnostics);
     false
 }
 
@@ -266,21 +278,30 @@ fn ends_parentheses(source: &str, code: &[Token], i: usize) -> bool {
     }
 }
 
-/// Closes every open parenthesis before `token`; tells of the innermost.
-fn close_parentheses(
+/// Whether the token at `i` is a call at the left edge below a line that is indented, and so a step of the file.
+fn begins_file_step(source: &str, code: &[Token], i: usize) -> bool {
+    let token = code[i];
+    let is_call =
+        token.kind == Kind::Word && code.get(i + 1).is_some_and(|t| t.text(source) == "(");
+    let above = || code[..i].iter().rev().find(|t| t.first_on_line);
+    is_call && token.first_on_line && token.indent == 0 && above().is_some_and(|t| t.indent > 0)
+}
+
+/// Closes the open brackets of these kinds, innermost first, at a place and before the token there; tells of the innermost.
+fn close(
     source: &str,
     open: &mut Vec<Open>,
-    token: Token,
-    before: Option<Token>,
+    kinds: &[&str],
+    (at, found): (usize, Option<Token>),
     edits: &mut Vec<Edit>,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     let mut told = false;
-    while open.last().is_some_and(|o| o.token.text(source) == "(") {
-        let left = open.pop().expect("the last one was just looked at");
-        edits.push(Edit { at: before.map_or(token.from, |b| b.to), insert: ")" });
+    while let Some(left) = open.pop_if(|o| kinds.contains(&o.token.text(source))) {
+        let is_brace = left.token.text(source) == "{";
+        edits.push(Edit { at, insert: if is_brace { "}" } else { ")" } });
         if !told {
-            diagnostics.push(unclosed(source, left.token, Some(token)));
+            diagnostics.push(unclosed(source, left.token, found));
             told = true;
         }
     }
@@ -419,6 +440,19 @@ mod tests {
         let (text, messages) = mended("task a() {\n    if x {\n        f()\n    g()\n}\n");
         assert_eq!(messages, ["`{` is never closed"]);
         assert!(text.ends_with("g()}\n}\n"), "{text}");
+    }
+
+    #[test]
+    fn a_block_that_is_open_ends_before_a_step_at_the_left_edge() {
+        let (text, messages) = mended("task a() {\n    f()\n\na(jar)\n");
+        assert_eq!(messages, ["`{` is never closed"]);
+        assert_eq!(text, "task a() {\n    f()}\n\na(jar)\n");
+    }
+
+    #[test]
+    fn a_brace_that_a_text_opens_is_of_the_text() {
+        assert_eq!(mended("{ say \"the {o}\n f(o) }").0, "{ say \"the {o}\"\n f(o) }");
+        assert_eq!(mended("{ f(\"jar) }").0, "{ f(\"jar\") }");
     }
 
     #[test]

@@ -81,6 +81,13 @@ pub(super) fn wrong_units(line: &str, slice: &str, original: &ToOriginal) -> Vec
             "unknown unit",
         );
         let digits = number.text(slice);
+        let height = text.strip_prefix(['x', 'X']).filter(|n| n.parse::<u32>().is_ok());
+        if let Some(height) = height {
+            let whole = format!("{digits} x {height}");
+            let found = found.help(format!("write `{whole}`"));
+            out.push(found.fix(original(number.from, word.to), whole));
+            continue;
+        }
         let converted = digits.parse::<f64>().ok().and_then(|value| convert(value, text));
         if let Some((value, unit)) = converted {
             let whole = format!("{value} {unit}");
@@ -181,9 +188,13 @@ fn expected(place: Place, slice: &str, code: &[Token], original: &ToOriginal) ->
     let Some(token) = code.iter().find(|t| t.to > at).copied() else {
         return too_short(place, first, code, &rules, original);
     };
+    // Of `&&` and `=>` the lexer has seen the first half: they are no signs of this language.
+    let halves = ["&&", "||", "=>", "=<"];
+    let is_half = halves.iter().any(|sign| slice[token.from..].starts_with(sign));
+    let end = token.to + usize::from(is_half);
     let found = Unexpected {
-        text: token.text(slice),
-        span: original(token.from, token.to),
+        text: &slice[token.from..end],
+        span: original(token.from, end),
         first,
         is_parameter: place == Place::Params || matches!(first, "task" | "action" | "fluent"),
         rules: &rules,
@@ -247,7 +258,7 @@ fn too_short(
         && matches!(place, Place::Step | Place::Item)
         && !RESERVED.contains(&first)
     {
-        found.help(format!("to run `{first}`, write `{first}(…)` with what it acts on"))
+        found.help(format!("write `{first}()`, with what it acts on between the parentheses"))
     } else {
         found
     }
@@ -332,7 +343,13 @@ impl Unexpected<'_> {
         }
         let meant = SIGNS.iter().find(|(sign, _)| *sign == text).map(|(_, meant)| *meant);
         if let Some(meant) = meant.or((text == ";" && self.could_be(Rule::comma)).then_some(",")) {
-            return found.help(format!("write `{meant}`")).fix(self.span, meant);
+            let found = found.help(format!("write `{meant}`"));
+            // A word wants blanks around it, and what stands there is not known here.
+            let is_word = meant.starts_with(char::is_alphabetic);
+            return if is_word { found } else { found.fix(self.span, meant) };
+        }
+        if text == "#" {
+            return found.help("remarks begin with `//`");
         }
         if text.starts_with(QUOTES) {
             return found.help(if self.could_be(Rule::text) {
@@ -355,7 +372,13 @@ impl Unexpected<'_> {
 /// The expected rules in words, most telling first, each once.
 fn words(rules: &[Rule]) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
-    for rule in rules {
+    // Where a block is wanted, that the condition before it could go on is no news.
+    let wants_block = rules.iter().any(|rule| matches!(rule, Rule::lbr | Rule::block));
+    let goes_on = |rule: &Rule| {
+        let joins = matches!(rule, Rule::comparator | Rule::K_and | Rule::K_or | Rule::K_within);
+        joins || matches!(rule, Rule::plus | Rule::minus | Rule::times | Rule::divided)
+    };
+    for rule in rules.iter().filter(|rule| !(wants_block && goes_on(rule))) {
         let word = match rule {
             Rule::EOI | Rule::doc | Rule::bad_args | Rule::bad_params | Rule::dot | Rule::was => {
                 continue;

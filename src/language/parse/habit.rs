@@ -67,20 +67,64 @@ impl Written<'_> {
         tokens(self.line).first().is_some_and(|t| CONDITIONS.contains(&t.text(self.line)))
     }
 
-    /// Returns whether the line is `gives holding`, with the word it is about still to come.
+    /// Returns whether the line ends in `gives holding` or `= visible`, with the word it is about still to come.
     fn asks_bare(&self) -> bool {
+        let text = |token: &Token| token.text(self.line);
         match tokens(self.line).as_slice() {
-            [word, asked] => {
-                CONDITIONS.contains(&word.text(self.line)) && is_name(asked, asked.text(self.line))
+            [word, .., before, asked] => {
+                (CONDITIONS.contains(&text(word)) || text(word) == "fluent")
+                    && matches!(text(before), "=" | "and" | "or" | "not")
+                    && is_name(asked, text(asked))
             }
+            [word, asked] => CONDITIONS.contains(&text(word)) && is_name(asked, text(asked)),
             _ => false,
         }
+    }
+
+    /// Returns whether a condition is under way: on the line, or in an item that the line goes on with.
+    fn is_in_condition(&self) -> bool {
+        let opens = |text: &str| {
+            CONDITIONS.contains(&text)
+                || matches!(text, "fluent" | "while" | "until" | "if" | "when" | "within")
+                || matches!(text, ">=" | "<=" | "==" | "!=" | ">" | "<")
+        };
+        tokens(self.line).iter().any(|t| opens(t.text(self.line)))
+            || (self.place == Place::Item && self.line.starts_with([' ', '\t']))
     }
 
     /// Returns whether the first word is one of a model's, or nearly one.
     fn begins_like_a_model(&self) -> bool {
         MODEL.contains(&self.text(0)) || nearest(self.text(0), MODEL.iter().copied()).is_some()
     }
+}
+
+/// Returns whether a remark begins here as other languages begin one.
+fn remarks(w: &Written<'_>) -> bool {
+    match (w.text(0), w.text(1)) {
+        ("#", next) => next != "[",
+        ("-", "-") | ("/", "*") => w.code[0].to == w.code[1].from,
+        _ => false,
+    }
+}
+
+/// Returns whether this is `def serve(o):` or `aufgabe serviere(o) {`: two words, parameters, and what begins a body.
+fn defines(w: &Written<'_>) -> bool {
+    let is_word = |i: usize| w.code.get(i).is_some_and(|t| is_name(t, w.text(i)));
+    let close = w.code.iter().position(|t| t.text(w.slice) == ")");
+    w.place == Place::Item
+        && is_word(0)
+        && is_word(1)
+        && w.text(2) == "("
+        && close.is_some_and(|close| matches!(w.text(close + 1), "{" | ":"))
+        && nearest(w.text(0), ITEMS.iter().chain(STEPS).copied()).is_none()
+}
+
+/// Returns whether a decimal number goes on here behind a comma: the `,5 mL` of `1,5 mL`.
+fn is_decimal(w: &Written<'_>) -> bool {
+    w.text(0) == ","
+        && w.is(1, Kind::Number)
+        && w.code[0].to == w.code[1].from
+        && w.line.ends_with(|c: char| c.is_ascii_digit())
 }
 
 /// Returns whether a token is a word that may be a name.
@@ -120,6 +164,18 @@ struct Habit {
 /// Habits of steps, items and clauses.
 const HABITS: &[Habit] = &[
     Habit {
+        is_met: is_decimal,
+        at: 0,
+        code: "task::syntax",
+        message: |_| "a decimal number is written with a point".into(),
+        label: "not a `,`",
+        help: |w| {
+            let has_unit = w.is(2, Kind::Word) && !w.code[2].first_on_line;
+            let unit = if has_unit { format!(" {}", w.text(2)) } else { String::new() };
+            format!("write `{}.{}{unit}`", w.asked(), w.text(1))
+        },
+    },
+    Habit {
         is_met: |w| w.text(0) == "," && w.asks(),
         at: 0,
         code: "task::separator",
@@ -129,7 +185,10 @@ const HABITS: &[Habit] = &[
     },
     // `gives holding o`
     Habit {
-        is_met: |w| w.asks_bare() && w.code.len() == 1 && is_name(&w.code[0], w.text(0)),
+        is_met: |w| {
+            let goes_on = matches!(w.text(1), "and" | "or" | "ask");
+            w.asks_bare() && is_name(&w.code[0], w.text(0)) && (w.code.len() == 1 || goes_on)
+        },
         at: 0,
         code: "task::call",
         message: |w| format!("what `{}` is about stands in parentheses", w.asked()),
@@ -192,6 +251,14 @@ const HABITS: &[Habit] = &[
         label: "no step before this",
         help: |_| "leave the `then` out, or write it between two: `a() then b()`".into(),
     },
+    Habit {
+        is_met: |w| w.text(0) == "then" && w.code.len() == 1,
+        at: 0,
+        code: "task::syntax",
+        message: |_| "a step is missing after `then`".into(),
+        label: "expected a step behind it",
+        help: |_| "write what comes next, or leave the `then` out".into(),
+    },
     // `wait 2 s`
     Habit {
         is_met: |w| {
@@ -211,7 +278,7 @@ const HABITS: &[Habit] = &[
         },
     },
     Habit {
-        is_met: |w| w.text(0) == "=",
+        is_met: |w| w.text(0) == "=" && !matches!(w.text(1), ">" | "<"),
         at: 0,
         code: "task::equals",
         message: |_| "`=` gives a value; it does not compare".into(),
@@ -225,6 +292,14 @@ const HABITS: &[Habit] = &[
         message: |w| format!("steps need no `{}` between them", w.text(0)),
         label: "not needed",
         help: |w| format!("remove the `{}`", w.text(0)),
+    },
+    Habit {
+        is_met: |w| matches!(w.text(0), "and" | "or") && w.code.len() == 1 && w.is_in_condition(),
+        at: 0,
+        code: "task::syntax",
+        message: |w| format!("a condition is missing after `{}`", w.text(0)),
+        label: "expected a condition behind it",
+        help: |w| format!("write the other condition, or leave the `{}` out", w.text(0)),
     },
     Habit {
         is_met: |w| w.text(0) == "and",
@@ -284,6 +359,18 @@ const HABITS: &[Habit] = &[
         help: |w| format!("write it after the call: `pick(jar) via {}`", w.text(1)),
     },
     Habit {
+        is_met: remarks,
+        at: 0,
+        code: "task::syntax",
+        message: |_| "remarks begin with `//`".into(),
+        label: "not a remark here",
+        help: |w| {
+            let rest = w.slice[w.code[usize::from(w.text(0) != "#")].to..].lines().next();
+            let said = rest.unwrap_or_default().trim_end_matches("*/").trim();
+            format!("write `{}`", format!("// {said}").trim_end())
+        },
+    },
+    Habit {
         is_met: |w| w.text(0) == "#",
         at: 0,
         code: "task::attribute",
@@ -330,6 +417,14 @@ const HABITS: &[Habit] = &[
         message: |_| "`[` cannot stand here".into(),
         label: "expected `(`",
         help: |w| format!("arguments stand in parentheses: `{}(…)`", w.text(0)),
+    },
+    Habit {
+        is_met: defines,
+        at: 0,
+        code: "task::keyword",
+        message: |w| format!("`{}` is no word here; definitions begin with `task`", w.text(0)),
+        label: "not a word of the language",
+        help: |w| format!("write `task {}(o: Graspable) {{ … }}`", w.text(1)),
     },
     // `pour jar cup`: a command line's habit.
     Habit {

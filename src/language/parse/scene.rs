@@ -162,6 +162,8 @@ impl Builder<'_> {
         let name = self.name(&find(pair, Rule::id)?);
         let (mut image, mut focal, mut file) = (None, None, None);
         let (mut at, mut looking) = (None, None);
+        // What could not be read may be what is missing.
+        let mut is_read = true;
         for part in pair.clone().into_inner() {
             match part.as_rule() {
                 Rule::picture => {
@@ -177,6 +179,7 @@ impl Builder<'_> {
                 Rule::looking => looking = self.place(&part),
                 Rule::bad_entry => {
                     self.bad(&part, Place::View);
+                    is_read = false;
                 }
                 _ => {}
             }
@@ -203,7 +206,7 @@ impl Builder<'_> {
         .filter_map(|(what, is_missing)| is_missing.then_some(*what))
         .collect();
         let (Some(lens), Some(at), Some(looking)) = (lens, at, looking) else {
-            if !self.balanced.mended(span) {
+            if is_read && !self.balanced.mended(span) {
                 self.diagnostics.push(
                     Diagnostic::error(
                         "task::missing",

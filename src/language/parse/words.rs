@@ -33,7 +33,7 @@ pub(super) const RESERVED: &[&str] = &[
     "false",
 ];
 
-/// Signs of other keyboards, each with the one of the language.
+/// Signs of other keyboards and other languages, each with the sign or the word of this one.
 pub(super) const SIGNS: &[(&str, &str)] = &[
     ("\u{FF0C}", ","),
     ("\u{3001}", ","),
@@ -43,6 +43,12 @@ pub(super) const SIGNS: &[(&str, &str)] = &[
     ("\u{FF5B}", "{"),
     ("\u{FF5D}", "}"),
     ("\u{FF1D}", "="),
+    ("=>", ">="),
+    ("=<", "<="),
+    ("&&", "and"),
+    ("&", "and"),
+    ("||", "or"),
+    ("!", "not"),
 ];
 
 /// Quotation marks, straight and as word processors set them.
