@@ -70,6 +70,11 @@ pub fn check_file(
                 let damaged = errors.iter().any(|error| is_inside(*error, scene.span));
                 deeper.extend(wrong.into_iter().filter(|d| !damaged || d.code != "task::missing"));
                 let dots: usize = scene.marks.iter().map(|group| group.centres.len()).sum();
+                let known = stdlib.robots();
+                let robot = scene.robots.first().map(|robot| &robot.name);
+                if let Some(name) = robot.filter(|name| !known.contains(&name.text.as_str())) {
+                    deeper.push(wording::no_robot(name, &known));
+                }
                 if let Some(group) = scene.marks.first().filter(|_| dots < marks::NEEDED) {
                     deeper.push(wording::few_marks(group.span, dots));
                 }

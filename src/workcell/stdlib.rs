@@ -155,11 +155,7 @@ impl Stdlib {
             path.starts_with(&folder) && Path::new(path).extension().is_some_and(|e| e == "urdf")
         });
         let Some((path, urdf)) = urdf else {
-            let known = self.files.keys().filter_map(|path| {
-                path.strip_prefix("robots/")?.split_once('/').map(|(name, _)| name.to_owned())
-            });
-            let mut known: Vec<_> = known.collect();
-            known.dedup();
+            let known = self.robots().into_iter().map(str::to_owned).collect();
             return Err(RobotError::None { name: name.to_owned(), known });
         };
         let side = self.file(&format!("{folder}robot.toml")).unwrap_or_default();
@@ -169,6 +165,17 @@ impl Stdlib {
         };
         Robot::from_urdf_beside(urdf, side, tip, &meshes)
             .map_err(|error| RobotError::Text { path: path.clone(), error })
+    }
+
+    /// Returns the names of the robots, in their order.
+    pub fn robots(&self) -> Vec<&str> {
+        let urdfs = self.files.keys().filter(|path| {
+            Path::new(path.as_str()).extension().is_some_and(|extension| extension == "urdf")
+        });
+        let folders = urdfs.filter_map(|path| path.strip_prefix("robots/")?.split_once('/'));
+        let mut names: Vec<&str> = folders.map(|(name, _)| name).collect();
+        names.dedup();
+        names
     }
 
     /// Returns the file names of the scripts that actions may run.

@@ -7,8 +7,8 @@ use std::fmt::Display;
 use crate::alignment::marks::NEEDED;
 use crate::execution::context::Brushed;
 use crate::fluent::Score;
-use crate::language::Diagnostic;
-use crate::language::ast::{EffectItem, Span};
+use crate::language::ast::{EffectItem, Name, Span};
+use crate::language::{Diagnostic, nearest};
 use crate::trace::{Shared, Unmet};
 use crate::vqa::{Endpoint, Reply, Said};
 
@@ -306,6 +306,18 @@ pub(super) fn few_marks(marks: Span, dots: usize) -> Diagnostic {
     let message = format!("a camera is aligned by {NEEDED} dots or more, and {there}");
     Diagnostic::warning("scene::marks", marks, message, "a run with a camera stops here")
         .help("print more dots, spread over the table, and write where their centres are")
+}
+
+/// A scene's robot that the stdlib has not.
+pub(super) fn no_robot(name: &Name, known: &[&str]) -> Diagnostic {
+    let own = &name.text;
+    let message = format!("there is no robot `{own}`; the stdlib has {}", known.join(", "));
+    let unknown = Diagnostic::error("scene::robot", name.span, message, "not in `robots/`");
+    let added = "`--stdlib DIR` adds `DIR/robots/NAME/NAME.urdf` and its `robot.toml`";
+    match nearest(own, known.iter().copied()) {
+        Some(near) => unknown.help(format!("did you mean `{near}`? {added}")).fix(name.span, near),
+        None => unknown.help(added),
+    }
 }
 
 /// An action's script that nobody has; `near` is the name that is most like it.

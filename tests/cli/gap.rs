@@ -141,7 +141,7 @@ fn a_lens_is_written_into_the_twin_and_then_nothing_is_missing() {
 fn where_a_tracker_stands_is_written_as_a_trackers_and_left_aside_by_a_camera() {
     let scratch = Scratch::new("cli-gap-tracker");
     scratch.file("poses.csv", crate::discovery::poses::seen_from_elsewhere(0));
-    let bench = "scene bench {\n    robot arm at (0 m, 0 m, 0 m)\n}\ntwin t of bench {\n}\n";
+    let bench = "scene bench {\n    robot panda at (0 m, 0 m, 0 m)\n}\ntwin t of bench {\n}\n";
     scratch.file("bench.task", bench);
     let urdf = recording("gen3_bare.urdf");
     let args = ["gap", "poses.csv", "--robot-file", &urdf, "--model", "bench.task", "--apply"];

@@ -157,6 +157,12 @@ fn what_a_run_would_refuse_is_told_by_check() {
     );
     let wave = scratch.trueup(&["check", "wave.task"]);
     assert!(wave.code != 0 && wave.out.contains("the script cannot run"), "{wave:?}");
+    let kitchen = trueup::workcell::Stdlib::embedded();
+    let kitchen = kitchen.file("scenes/kitchen.task").unwrap();
+    scratch.file("arm.task", kitchen.replace("robot gen3_2f85", "robot gen3"));
+    let arm = scratch.trueup(&["check", "arm.task"]);
+    assert!(arm.code == 1 && arm.out.contains("there is no robot `gen3`"), "{arm:?}");
+    assert!(arm.out.contains("did you mean `gen3_2f85`"), "{arm:?}");
     scratch.file("zero.task", either);
     let zero = scratch.trueup(&["check", "zero.task"]);
     assert!(zero.code != 0 && zero.out.contains("every prior here is 0"), "{zero:?}");
