@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::files::write;
+use crate::language::ast::Span;
 use crate::language::{self, Diagnostic, Source};
 use crate::report::{self, Failure, Style};
 use crate::workcell::check;
@@ -83,20 +84,47 @@ pub(super) fn check(args: &CheckArgs, cli: &Shared, style: Style) -> Result<Exit
         }
     };
     let files = paths.len();
-    let sources =
-        paths.into_iter().map(|path| Ok(Source::new(path.display().to_string(), read(&path)?)));
-    let all = check::check_all(&stdlib, scene, sources.collect::<Result<_, Failure>>()?)
+    let (mut sources, mut unread) = (Vec::new(), Vec::new());
+    for path in paths {
+        match read(&path) {
+            Ok(text) => sources.push(Source::new(path.display().to_string(), text)),
+            Err(failure) if files == 1 => return Err(failure),
+            // What is wrong with the others is told all the same.
+            Err(failure) => unread.push((path.display().to_string(), failure)),
+        }
+    }
+    let mut all = check::check_all(&stdlib, scene, sources)
         .map_err(|error| report::cell_failure(&error, style))?;
-    let errors = all.iter().filter(|(diagnostic, _)| diagnostic.is_error()).count();
+    let wrong = all.iter().filter(|(diagnostic, _)| diagnostic.is_error()).count();
+    let errors = wrong + unread.len();
+    for (name, failure) in unread {
+        if style.json {
+            all.push(unreadable(name, failure));
+        } else {
+            style.failure(&failure);
+        }
+    }
     if style.json {
         style.document(&json!({ "diagnostics": report::diagnostics_json(&all) }));
     } else {
         for drawn in report::diagnostics(all.iter().map(|(d, source)| (d, source)), style) {
             style.say(drawn);
         }
-        style.say(counted(errors, all.len() - errors, files, style));
+        style.say(counted(errors, all.len() - wrong, files, style));
     }
     Ok(if errors > 0 { Exit::No } else { Exit::Yes })
+}
+
+/// Returns a file that cannot be read as something that is wrong with it.
+fn unreadable(name: String, failure: Failure) -> (Diagnostic, Source) {
+    let code = match failure.code.as_str() {
+        "io::missing" => "io::missing",
+        "io::text" => "io::text",
+        _ => "io::read",
+    };
+    let found = Diagnostic::error(code, Span::default(), failure.message, "not read");
+    let found = failure.help.into_iter().fold(found, Diagnostic::help);
+    (found, Source::new(name, ""))
 }
 
 /// Counts what is wrong with how many files.

@@ -168,6 +168,25 @@ fn what_a_run_would_refuse_is_told_by_check() {
     assert!(zero.code != 0 && zero.out.contains("every prior here is 0"), "{zero:?}");
 }
 
+/// One file that was not UTF-8 withheld what was wrong with all others of its folder.
+#[test]
+fn a_file_that_cannot_be_read_withholds_nothing_of_the_others() {
+    let scratch = Scratch::new("check-unread");
+    scratch.file("d/a.task", "pour(jra, cup)\n");
+    scratch.file("d/b.task", b"pour(jar, \xff)\n");
+    let said = scratch.trueup(&["check", "d"]);
+    assert_eq!(said.code, 1, "{said:?}");
+    assert!(said.out.contains("there is no object `jra`"), "{said:?}");
+    assert!(said.out.contains("2 errors in 2 files"), "{said:?}");
+    assert!(said.err.contains("b.task: it is not UTF-8 text"), "{said:?}");
+    let told = scratch.trueup(&["check", "d", "--json"]).json();
+    let codes: Vec<_> =
+        told["diagnostics"].as_array().unwrap().iter().map(|each| &each["code"]).collect();
+    assert_eq!(codes, ["task::unknown_name", "io::text"]);
+    // Alone it is bad input.
+    assert_eq!(scratch.trueup(&["check", "d/b.task", "--json"]).error("code"), "io::text");
+}
+
 #[test]
 fn too_few_dots_for_a_camera_are_told_before_a_run() {
     let scratch = Scratch::new("check-dots");
