@@ -96,17 +96,17 @@ impl Style {
             || std::env::var_os("TERM").is_some_and(|value| value == "dumb")
     }
 
-    /// Prints a line on stdout for people; nothing in JSON mode.
+    /// Prints a line on stdout for people, folded where a terminal would cut it; nothing in JSON mode.
     pub fn say(self, line: impl AsRef<str>) {
         if !self.json {
-            out(line.as_ref());
+            out(&folded::fitted(line.as_ref(), folded::columns(&io::stdout())));
         }
     }
 
-    /// Prints lines on stdout for people, folded where a terminal would cut them.
+    /// Prints lines of sentences on stdout for people, on a terminal no wider than is good to read.
     pub fn tell(self, text: &str) {
         if self.bars {
-            self.say(folded::folded(text));
+            self.say(folded::sentences(text, folded::columns(&io::stdout())));
         } else {
             self.say(text);
         }
@@ -160,7 +160,8 @@ impl Style {
         if let Some(help) = &failure.help {
             let _ = write!(text, "\nhelp: {}", visible(help));
         }
-        complain(&if self.bars { folded::folded(&text) } else { text });
+        let columns = folded::columns(&io::stderr());
+        complain(&if self.bars { folded::sentences(&text, columns) } else { text });
     }
 
     /// Prints on stderr for people, unless asked to be quiet.
@@ -236,9 +237,11 @@ fn out_json(text: &str) {
     written(writeln!(io::stdout().lock(), "{plain}"));
 }
 
-/// Writes a line to stderr, without what a terminal would obey but for colours; a closed pipe is not our error.
+/// Writes a line to stderr, folded where a terminal would cut it, and without what a terminal would obey but for colours; a
+/// closed pipe is not our error.
 pub fn complain(line: &str) {
-    let _ = writeln!(io::stderr().lock(), "{}", coloured(line));
+    let line = folded::fitted(line, folded::columns(&io::stderr()));
+    let _ = writeln!(io::stderr().lock(), "{}", coloured(&line));
 }
 
 /// Returns a number as JSON, with `null` for what is not a number.

@@ -1,6 +1,7 @@
 //! A run in words: what happens as it happens, and how it ended.
 
 use std::fmt::Write as _;
+use std::io;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -11,7 +12,7 @@ use crate::trace::{DuringRow, Event, FluentRow, Measure, Observer, Outcome, Step
 use crate::units::Unit;
 use crate::workcell::{Displaced, Ending, Run, State, TILTED, Water};
 
-use super::{Style, complain, shown as plainly};
+use super::{Style, complain, folded, shown as plainly};
 
 /// The bar on the terminal, if there is one, and whether more may come: the prompt takes it away when it
 /// comes back before the work has wound down.
@@ -98,7 +99,10 @@ impl Observer for Console {
                 self.told.push(text.clone());
                 if !self.style.quiet && !self.style.json {
                     match &self.bar {
-                        Some(bar) => bar.println(format!("  {}", plainly(text))),
+                        Some(bar) => {
+                            let line = format!("  {}", plainly(text));
+                            bar.println(folded::fitted(&line, folded::columns(&io::stderr())));
+                        }
                         None => complain(&format!("  {text}")),
                     }
                 }
