@@ -39,6 +39,7 @@ mod offered;
 #[cfg(feature = "page")]
 mod page;
 mod paper;
+mod question;
 mod replay;
 mod report;
 mod robot;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::language::ast::{Item, Step};
+use crate::language::ast::{Act, Item, Step};
 use crate::language::{self, Library, Source};
 use crate::repl::{Hands, Propose};
 use crate::report::{self, Failure, Style, run::Console};
@@ -19,7 +19,7 @@ use super::shared::{CellArgs, Common, Shared};
 use super::signals::{self, is_interrupted, stop_on_interrupt};
 use super::teach::Lead;
 use super::topics::topics;
-use super::{gap, say};
+use super::{gap, question, say};
 use crate::report::exit::{Exit, ended};
 
 /// Run a saved script; a run folder is written.
@@ -163,9 +163,11 @@ fn compares(line: &str) -> bool {
     matches!(step, Some(Step::Check(..))) && !wrong.iter().any(language::Diagnostic::is_error)
 }
 
-/// Whether a call asks for the value of a fluent.
-fn is_question(name: &str, cell: &WorkCell) -> bool {
-    cell.library().callable(name).is_none()
+/// Whether a call asks for the value of a fluent, of which nothing can be led.
+fn is_asked(act: &Act, lead: Option<&Lead>, cell: &WorkCell) -> bool {
+    let name = act.call.name.text.as_str();
+    lead.is_none()
+        && cell.library().callable(name).is_none()
         && language::assist::describe(
             cell.library(),
             &cell.library().scope(&cell.scene().name),
@@ -186,18 +188,27 @@ pub(super) fn line_led(
     let (step, diagnostics) = language::parse_line(line);
     let step = step.filter(|_| !diagnostics.iter().any(language::Diagnostic::is_error));
     let is_led = lead.is_some() || style.json;
-    if step.is_none() && style.json && lead.is_none() && reads_at_prompt(line) {
-        return Err(Failure::input("usage", "with `--json`, `-c` takes a call or another step of a task")
+    let asks = style.json && lead.is_none() && question::asks(line);
+    // A `let` alone names a value for the lines after it, which only the prompt has.
+    let is_named = matches!(step, Some(Step::Let(..))) && lead.is_none();
+    let is_prompts = is_named || (step.is_none() && reads_at_prompt(line));
+    if is_prompts && style.json && lead.is_none() && !asks {
+        return Err(Failure::input("usage", "with `--json`, `-c` takes a call, another step of a task, or a question")
             .help("leave `--json` out, or ask by a command: `trueup runs --json`, `trueup doc pick --json`"));
     }
-    if step.is_none() && (is_led || !reads_at_prompt(line)) {
+    if step.is_none() && !asks && (is_led || !reads_at_prompt(line)) {
         return Err(report::text_failure(&diagnostics, &source, style));
     }
     let mut cell = open(cli, None, style)?;
     let step = match step {
-        Some(Step::Act(act)) if !is_led && is_question(&act.call.name.text, &cell) => {
+        Some(Step::Act(act)) if is_asked(&act, lead, &cell) => {
+            if style.json {
+                return question::answer(line, &mut cell, style);
+            }
             return at_prompt(line, is_live, cell, cli, style);
         }
+        None if asks => return question::answer(line, &mut cell, style),
+        Some(Step::Let(..)) if is_named => return at_prompt(line, is_live, cell, cli, style),
         Some(step) => step,
         None => return at_prompt(line, is_live, cell, cli, style),
     };

@@ -14,6 +14,31 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
+/// With `--json` a question was no step and was refused, without it was answered; and `let` alone calibrated the arm.
+#[test]
+fn a_question_is_answered_for_programs_too_and_a_let_alone_moves_nothing() {
+    let scratch = Scratch::new("cli-question");
+    let words = scratch.trueup(&["-c", "visible(jar)"]);
+    let said = scratch.trueup(&["-c", "visible(jar)", "--json"]);
+    assert_eq!(said.code, words.code, "{said:?}");
+    let told = said.json();
+    assert_eq!(told["asked"], "visible(jar)");
+    assert_eq!(told["truth"].as_bool() == Some(true), said.code == 0, "{told}");
+    assert!(words.out.contains(told["told"].as_str().unwrap()), "{words:?}");
+    let known = scratch.trueup(&["-c", "filled(jar) - 3 mL", "--json"]);
+    assert!((number(&known.json()["value"]["value"]) - 147e-6).abs() < 1e-9, "{known:?}");
+    let unknown = scratch.trueup(&["-c", "distance(jar, cup) + 3 cm", "--json"]);
+    assert_eq!((unknown.code, &unknown.json()["value"]), (1, &Value::Null));
+    let wrong = scratch.trueup(&["-c", "visible(jra)", "--json"]);
+    assert_eq!((wrong.code, wrong.error("code").as_str()), (2, "task::unknown_name"));
+
+    let named = scratch.trueup(&["-c", "let a = 3 cm"]);
+    assert_eq!((named.code, named.out.as_str()), (0, "a = 3 cm\n"), "{named:?}");
+    let refused = scratch.trueup(&["-c", "let a = 3 cm", "--json"]);
+    assert_eq!((refused.code, refused.error("code").as_str()), (2, "usage"));
+    assert!(!scratch.path("runs").exists(), "no run began");
+}
+
 /// The main job: a stranger runs the script that comes with the project.
 #[test]
 fn the_script_that_is_shipped_pours() {

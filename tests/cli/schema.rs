@@ -194,6 +194,8 @@ fn runs(checked: &mut Checked) {
     let kept: Value = serde_json::from_str(&fs::read_to_string(kept).unwrap()).unwrap();
     checked.schemas.holds("run", &kept);
     checked.is("error", &["-c", "pick(jra)"]);
+    checked.is("question", &["-c", "visible(jar)"]);
+    checked.is("question", &["-c", "filled(jar)"]);
     checked.is("run", &["-c", "home()", "--robot", "twin"]);
     checked.is("runs", &["runs"]);
     checked.is("runs", &["runs", "show", "1"]);
