@@ -5,6 +5,8 @@ use std::io;
 /// What is not read, beside what the file system says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Unread {
+    #[error("there is no such file")]
+    Missing,
     #[error("it is a directory")]
     Directory,
     #[error("it is not a regular file but a pipe or a device")]
@@ -19,6 +21,7 @@ pub(super) enum Unread {
 impl From<Unread> for io::Error {
     fn from(why: Unread) -> Self {
         let kind = match why {
+            Unread::Missing => io::ErrorKind::NotFound,
             Unread::Directory => io::ErrorKind::IsADirectory,
             Unread::Irregular => io::ErrorKind::InvalidInput,
             Unread::NotText => io::ErrorKind::InvalidData,

@@ -27,7 +27,10 @@ pub fn open(path: &Path, limit: u64) -> io::Result<File> {
 
 /// As [`open`], also of what is no regular file, if it `may` be read.
 fn open_where(path: &Path, limit: u64, may: &dyn Fn(&Metadata) -> bool) -> io::Result<File> {
-    let facts = fs::metadata(path)?;
+    let facts = fs::metadata(path).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => Unread::Missing.into(),
+        _ => error,
+    })?;
     if facts.is_dir() {
         return Err(Unread::Directory.into());
     }

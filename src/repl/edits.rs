@@ -260,7 +260,9 @@ fn nothing(all: &[Edit], standing: Standing) -> Failure {
     };
     let done = if standing == Standing::Undone { "taken back" } else { "made" };
     let (by, path, folder) = (&other.by, other.path.display(), other.folder().display());
-    let words = format!("the last change, of {by} to {path}, was {done} in another folder");
+    let words = format!(
+        "nothing was {done} in this folder; the last change, of {by} to {path}, was in another folder"
+    );
     let command = standing.command();
     Failure::input("repl::undo", words)
         .help(format!("start trueup in {folder}, and {command} there"))

@@ -58,7 +58,12 @@ impl Failure {
             Kind::FileTooLarge => ("io::read", "is it the right file? give a part of it"),
             _ => ("io::read", "can it be read by another program?"),
         };
-        Self::input(code, format!("cannot read {place}: {error}")).at(place).help(help)
+        let message = match error.kind() {
+            Kind::NotFound if path.extension().is_some() => format!("there is no file `{place}`"),
+            Kind::NotFound => format!("there is no file or folder `{place}`"),
+            _ => format!("cannot read {place}: {error}"),
+        };
+        Self::input(code, message).at(place).help(help)
     }
 
     /// A file that cannot be written. A disk without room has a code of its own, for it is mended otherwise
@@ -72,6 +77,14 @@ impl Failure {
             )
             .at(place)
             .help("make room and try again; what was there before is as it was");
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|_| error.kind() == io::ErrorKind::NotFound)
+            && !folder.exists()
+        {
+            return Self::input("io::write", format!("there is no folder `{}`", folder.display()))
+                .at(place)
+                .help("make it first, or name a place in another folder");
         }
         Self::input("io::write", format!("cannot write {place}: {error}"))
             .at(place)

@@ -188,6 +188,19 @@ fn a_file_that_cannot_be_read_withholds_nothing_of_the_others() {
 }
 
 #[test]
+fn what_is_not_there_is_told_by_its_name() {
+    let scratch = Scratch::new("check-names");
+    let said = scratch.trueup(&["lab", "hide", "--out", "nodir/x.toml", "--json"]);
+    assert_eq!(said.error("message"), "there is no folder `nodir`");
+    let said = scratch.trueup(&["check", "gone.task", "--json"]);
+    assert_eq!(said.error("message"), "there is no file `gone.task`");
+    scratch.file("wave.task", "import \"wavee.rhai\"\n");
+    let told = scratch.trueup(&["check", "wave.task", "--json"]).json();
+    let message = told["diagnostics"][0]["message"].as_str().unwrap();
+    assert!(message.ends_with("wavee.rhai`: there is no such file"), "{message}");
+}
+
+#[test]
 fn too_few_dots_for_a_camera_are_told_before_a_run() {
     let scratch = Scratch::new("check-dots");
     let scene = |fifth: &str| {

@@ -96,7 +96,7 @@ pub fn parse_line(source: &str) -> (Option<Step>, Vec<Diagnostic>) {
                     "the prompt runs steps; this defines something",
                     "not a step",
                 )
-                .help("save definitions in a `.task` file, and run that"),
+                .help("save it in a `.task` file and run that; tasks of the `--scene` file are known here"),
             ),
         }
     }
