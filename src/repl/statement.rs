@@ -90,6 +90,12 @@ impl Session<'_, '_> {
         match step {
             Some(Step::Let(name, ..)) if is_read => self.bind(meant, &name.text),
             _ if !is_read && sentences::looks_like_one(meant) => self.sentence(meant),
+            _ if !is_read && is_pasted_sentences(meant) => {
+                let words =
+                    "pasted lines are read as one program, and this is none; nothing was done";
+                Err(Failure::input("repl::pasted", words)
+                    .help("type or paste sentences one by one"))
+            }
             step => {
                 let is_call = match &step {
                     Some(Step::Act(act)) => self.library.callable(&act.call.name.text).is_some(),
@@ -224,5 +230,39 @@ impl Session<'_, '_> {
             Some(near) => failure.help(format!("did you mean `?{near}`?")),
             None => failure.help("`:tasks` lists what can be called"),
         });
+    }
+}
+
+/// Whether a statement of several lines holds one that is a sentence, and no part of a program.
+fn is_pasted_sentences(text: &str) -> bool {
+    let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let is_sentence = |line: &str| {
+        sentences::looks_like_one(line)
+            && language::parse_line(line).1.iter().any(Diagnostic::is_error)
+    };
+    lines().count() > 1 && lines().any(is_sentence)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_pasted_sentences;
+
+    /// "`ml` is not a unit" was all that was said of them, and the `let` between them was lost as well.
+    #[test]
+    fn sentences_that_are_pasted_together_are_told_from_a_program_with_a_mistake() {
+        for sentences in [
+            "let q = 5 cm\npour 40 ml from the jar into the cup",
+            "pick up the jar\n\nlet q = 5 cm\n",
+        ] {
+            assert!(is_pasted_sentences(sentences), "{sentences}");
+        }
+        for program in [
+            "pour 40 ml from the jar into the cup",
+            "let q = 5 cm\nlift(jar, by: q",
+            "if visible(jar) {\n    pick(jar)\n    plaec(jar)\n}",
+            "pick(jar)\ncheck holding(jar)",
+        ] {
+            assert!(!is_pasted_sentences(program), "{program}");
+        }
     }
 }
