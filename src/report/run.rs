@@ -122,7 +122,7 @@ impl Observer for Console {
                 self.clear();
                 if self.tells_steps && !self.style.quiet {
                     let told = if self.style.verbose {
-                        step(record, &self.before, self.style)
+                        step(record, &self.before, 0, self.style)
                     } else {
                         line(record, self.style)
                     };
@@ -143,8 +143,13 @@ impl Drop for Console {
 
 /// How many fluents simulation and camera both know after a step, and of how many they say the same.
 fn compared(record: &StepRecord) -> (usize, usize) {
+    counted(record, 0)
+}
+
+/// As [`compared`], of a record in which so many of those that both know are left out.
+fn counted(record: &StepRecord, withheld: usize) -> (usize, usize) {
     let known = record.fluents.iter().filter(|row| row.twin.is_some() && row.measured.is_some());
-    let known = known.count();
+    let known = known.count() + withheld;
     (known - record.hamming.min(known), known)
 }
 
@@ -173,9 +178,10 @@ fn line(record: &StepRecord, style: Style) -> String {
 }
 
 /// Words one step: its line, and those of its fluents that are news after the fluents `before` it; Eq. 8 of the
-/// paper where a person wants all numbers. `run.json` keeps them all.
-pub fn step(record: &StepRecord, before: &[FluentRow], style: Style) -> String {
-    let (same, known) = compared(record);
+/// paper where a person wants all numbers. `run.json` keeps them all. Of the fluents that both know, `withheld` are not in
+/// the record, for a person is to be asked about them; they count all the same.
+pub fn step(record: &StepRecord, before: &[FluentRow], withheld: usize, style: Style) -> String {
+    let (same, known) = counted(record, withheld);
     let mut told = format!("agree on {same} of {known}");
     if style.verbose {
         let _ = write!(told, " (P {:.2})", record.score);

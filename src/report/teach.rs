@@ -71,8 +71,8 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
             Shown::Question { question, .. } => {
                 format!("{question}\n  y yes   n no   u can't tell   Enter leaves it out")
             }
-            Shown::Done { record, before } => {
-                run::step(record, before, style).trim_end().to_owned()
+            Shown::Done { record, before, withheld } => {
+                run::step(record, before, *withheld, style).trim_end().to_owned()
             }
             Shown::Compared { answered } => compared(answered, "; `hint` tells more", style),
             Shown::Failed { record, is_over: true } => {
@@ -83,10 +83,10 @@ impl<A: FnMut(&str) -> Option<String> + Send> Teller<A> {
                  as it is",
                 record.number
             ),
-            Shown::Looking { record, run_dir, .. } => {
+            Shown::Looking { record, run_dir, withheld, .. } => {
                 let mut text =
                     format!("looking at step {}; the arm has not moved\n", record.number);
-                text += &run::step(record, &[], style);
+                text += &run::step(record, &[], *withheld, style);
                 text += &record::everything_else(record);
                 if let Some(dir) = run_dir {
                     let _ = write!(
@@ -431,5 +431,17 @@ mod tests {
         let empty = grasp(Cause::Promise(empty));
         let said = closeness(&empty.fluents[0], Some(&empty));
         assert_eq!(said, format!("grasped(jar) is false\n{next}"));
+    }
+    /// The same step was "agree on 8 of 8" while it was stepped through and "9 of 9" in `:back`.
+    #[test]
+    fn what_a_person_is_to_be_asked_about_counts_and_is_not_shown() {
+        let of = "grasp(jar)".to_owned();
+        let cause = Cause::Overdue(Overdue { of, took_s: 20.04, limit_s: 20.0, pace: 1.0 });
+        let mut record = grasp(cause);
+        record.fluents[0].measured = Some(true);
+        let told = |withheld| run::step(&record, &[], withheld, Style::plain());
+        assert!(told(0).contains("agree on 1 of 1"), "{}", told(0));
+        assert!(told(1).contains("agree on 2 of 2"), "{}", told(1));
+        assert_eq!(told(0).lines().count(), told(1).lines().count());
     }
 }

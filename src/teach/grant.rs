@@ -130,8 +130,9 @@ impl<F: Front> Stepper<F> {
         let next = next.map(|ahead| ahead.number);
         let run_dir = self.run_dir.as_deref();
         let record = &self.seen[at];
-        let record = if self.setup.teaches { &without_riddles(record) } else { record };
-        self.front.show(&Shown::Looking { record, next, run_dir });
+        let (record, withheld) =
+            if self.setup.teaches { without_riddles(record) } else { (record.clone(), 0) };
+        self.front.show(&Shown::Looking { record: &record, next, run_dir, withheld });
     }
 
     fn present(&mut self, next: Option<&Ahead>) {

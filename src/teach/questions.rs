@@ -95,9 +95,10 @@ pub(super) fn asked(record: &StepRecord) -> impl Iterator<Item = &FluentRow> {
 }
 
 /// Returns a step without the fluents that people are asked about after other steps: what is not asked yet
-/// is not given away.
-pub(super) fn without_riddles(record: &StepRecord) -> StepRecord {
+/// is not given away. And of how many left out twin and measurement both know, which count where they are compared.
+pub(super) fn without_riddles(record: &StepRecord) -> (StepRecord, usize) {
     let mut shown = record.clone();
-    shown.fluents.retain(|row| row.ask.is_none() || row.expected.is_some());
-    shown
+    let riddles = shown.fluents.extract_if(.., |row| row.ask.is_some() && row.expected.is_none());
+    let known = riddles.filter(|row| row.twin.is_some() && row.measured.is_some()).count();
+    (shown, known)
 }

@@ -78,6 +78,9 @@ pub enum Shown<'a> {
         record: &'a StepRecord,
         /// The fluents before it.
         before: &'a [FluentRow],
+        /// How many fluents that twin and measurement both know are kept from the person.
+        #[serde(skip)]
+        withheld: usize,
     },
     /// What a person said beside what geometry says.
     Compared {
@@ -99,6 +102,9 @@ pub enum Shown<'a> {
         next: Option<usize>,
         /// The folder of the run.
         run_dir: Option<&'a Path>,
+        /// How many fluents that twin and measurement both know are kept from the person.
+        #[serde(skip)]
+        withheld: usize,
     },
     /// What comes next is looked at again.
     Present {

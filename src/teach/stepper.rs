@@ -248,8 +248,8 @@ impl<F: Front> Conductor for Stepper<F> {
             Vec::new()
         };
         if self.setup.teaches {
-            let shown = without_riddles(record);
-            self.front.show(&Shown::Done { record: &shown, before: &before });
+            let (shown, withheld) = without_riddles(record);
+            self.front.show(&Shown::Done { record: &shown, before: &before, withheld });
         }
         self.seen.push(record.clone());
         self.puzzle = None;
