@@ -107,8 +107,8 @@ pub fn people(finding: &Finding, style: Style) -> String {
             );
         }
     }
-    for note in &finding.notes {
-        let _ = writeln!(text, "{}", style.dim(&format!("note: {note}")));
+    for note in notes(&finding.notes) {
+        let _ = writeln!(text, "{}", style.dim(&note));
     }
     text
 }
@@ -278,4 +278,47 @@ pub(super) fn quantity(value: f64, unit: &str) -> String {
         |_| format!("{} {unit}", significant(value, 3)),
         |unit| unit.of(value).to_string(),
     )
+}
+
+/// Words notes, a line each. Those of the same several recordings stand together, and the recordings are named once.
+fn notes(notes: &[String]) -> Vec<String> {
+    let mut told: Vec<(Option<&str>, Vec<&str>)> = Vec::new();
+    for note in notes {
+        let split = note.split_once(": ").filter(|(of, _)| of.contains(", "));
+        let (of, rest) = split.map_or((None, note.as_str()), |(of, rest)| (Some(of), rest));
+        match told.iter_mut().find(|(known, _)| of.is_some() && *known == of) {
+            Some((_, all)) => all.push(rest),
+            None => told.push((of, vec![rest])),
+        }
+    }
+    let words = |(of, all): (Option<&str>, Vec<&str>)| match (of, all.as_slice()) {
+        (None, all) => format!("note: {}", all.join("\n  ")),
+        (Some(of), [one]) => format!("note: {of}: {one}"),
+        (Some(of), all) => format!("note: {of}:\n  {}", all.join("\n  ")),
+    };
+    told.into_iter().map(words).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::notes;
+
+    /// The paths of eight recordings stood in three notes, one below the other.
+    #[test]
+    fn recordings_that_several_notes_are_of_are_named_once() {
+        let of = "runs/1/arm.csv, runs/2/arm.csv";
+        let said = [
+            format!("{of}: no noise is given"),
+            "what is left is above noise".to_owned(),
+            "a.csv: cells are blank".to_owned(),
+            format!("{of}: no controller is known"),
+        ];
+        let told = [
+            format!("note: {of}:\n  no noise is given\n  no controller is known"),
+            "note: what is left is above noise".to_owned(),
+            "note: a.csv: cells are blank".to_owned(),
+        ];
+        assert_eq!(notes(&said), told);
+        assert_eq!(notes(&said[..1]), [format!("note: {of}: no noise is given")]);
+    }
 }
