@@ -155,7 +155,7 @@ mod tests {
         assert!(lacking("<robot><link/></robot>", "name").unwrap().to_string().contains("<link>"));
     }
 
-    /// "Expected token &XmlEvent::Characters(ref name) | &XmlEvent::StartElement { .. }, found EndElement(geometry)".
+    /// `Expected token &XmlEvent::Characters(ref name) | &XmlEvent::StartElement { .. }, found EndElement(geometry)`.
     #[test]
     fn an_empty_geometry_and_what_is_out_of_place_are_told_in_words() {
         let said = |text: &str, found: &str| {

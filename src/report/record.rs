@@ -72,7 +72,7 @@ pub fn again(
         if step.is_none_or(|wanted| wanted == record.number) {
             // A step that is asked for by itself is told with all its fluents.
             let known = if step.is_some() { &[] } else { before };
-            text += &words_of_step(record, known, style);
+            text += &words_of_step(record, known, 0, style);
             if step.is_some() {
                 text += &everything_else(record);
             }

@@ -50,12 +50,14 @@ const OFF: [(f64, [f64; 3]); 7] = [
     (0.05, [0.007, -0.009, 0.006]),
 ];
 
+/// How the inertial numbers of a link begin in the file.
+const BEGINS: &str = "<inertial><origin xyz=\"";
+
 /// The arm whose links are not as its file says.
 fn as_built() -> Robot {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("stdlib/robots/gen3_2f85");
     let file = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
     let text = file("gen3_2f85.urdf");
-    const BEGINS: &str = "<inertial><origin xyz=\"";
     let mut parts = text.split(BEGINS);
     // What stands before the base, and the base.
     let mut built = format!("{}{BEGINS}{}", parts.next().unwrap(), parts.next().unwrap());

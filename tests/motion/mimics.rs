@@ -144,7 +144,7 @@ fn a_rod_beside_the_arm_moves_with_it_and_takes_no_joint_from_it() {
         let up = 0.5 + 0.6 * f64::cos(q[1]) - 0.6 * f64::sin(two) - 0.1 * f64::cos(three);
         let tip = robot.forward(&q).unwrap().origin();
         let expected = Vector3::new(out * f64::cos(q[0]), out * f64::sin(q[0]), up);
-        assert!((tip.coords() - expected).norm() < 1e-12, "{tip:?} for {expected}");
+        assert!((tip - expected).norm() < 1e-12, "{tip:?} for {expected}");
         agrees_with_its_energies(&robot, &q);
     }
 }

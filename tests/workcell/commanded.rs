@@ -15,9 +15,12 @@ use trueup::workcell::{Options, WorkCell};
 
 use super::{call, options};
 
-/// When and where the arm was sent, s and rad.
+/// When the arm was sent somewhere, s, and where, rad.
+type Sent = (f64, Vec<f64>);
+
+/// All that the arm was sent.
 #[derive(Clone, Default)]
-struct Commands(Arc<Mutex<Vec<(f64, Vec<f64>)>>>);
+struct Commands(Arc<Mutex<Vec<Sent>>>);
 
 impl Observer for Commands {
     fn event(&mut self, event: &Event) {
@@ -27,7 +30,7 @@ impl Observer for Commands {
 }
 
 /// Carries a call out in a laboratory that is as wrong as they are, and returns what the arm was sent.
-fn sent(line: &str, scene: Option<Source>) -> Vec<(f64, Vec<f64>)> {
+fn sent(line: &str, scene: Option<Source>) -> Vec<Sent> {
     let commands = Commands::default();
     let mut cell = WorkCell::open(Options { scene, ..options(LabSettings::default(), 2) }).unwrap();
     let run = cell.run(&call(line), None, Box::new(commands.clone())).unwrap();
@@ -36,7 +39,7 @@ fn sent(line: &str, scene: Option<Source>) -> Vec<(f64, Vec<f64>)> {
 }
 
 /// Fails for the first command that no arm within its limits follows.
-fn keeps_the_limits(line: &str, sent: &[(f64, Vec<f64>)]) {
+fn keeps_the_limits(line: &str, sent: &[Sent]) {
     let (robot, most) = (Robot::gen3(), Limits::default().scale + 1e-6);
     assert!(sent.len() > 1000, "{line}: {} ticks", sent.len());
     for three in sent.windows(3) {

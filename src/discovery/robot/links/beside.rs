@@ -63,7 +63,7 @@ impl Grown {
         };
         let effects: Vec<_> = parts.each_named().filter(|one| !self.list.contains(one)).collect();
         let numbers = effects.into_par_iter().filter_map(|effect| {
-            let with = [&self.list[..], &[effect.clone()]].concat();
+            let with = [&self.list[..], std::slice::from_ref(&effect)].concat();
             let fit = self.problem.fit(&parts.only(&with))?;
             let explained = without - self.problem.evidence(&fit);
             pays(explained, &fit, &self.problem).then_some((explained, Step::Numbers(effect, fit)))
@@ -137,8 +137,8 @@ pub(super) fn shows(
 }
 
 /// Returns which of them is to be taken; `None` where nothing shows.
-pub(super) fn taken(mut all: Vec<Shows>, bodies: &[Body], weights: &[f64]) -> Option<Shows> {
+pub(super) fn taken(mut all: Vec<Shows>) -> Option<Shows> {
     let freed: Vec<&Freed> = all.iter().map(Shows::freed).collect();
-    let best = all.swap_remove(Freed::best(&freed, bodies, weights)?);
+    let best = all.swap_remove(Freed::best(&freed)?);
     (!best.terms.is_empty()).then_some(best)
 }

@@ -6,7 +6,7 @@ use super::super::chain::Body;
 use super::super::wording;
 use super::body::{NAMES, NUMBERS, numbers, spread};
 use super::consistent::consistent;
-use super::fit::{BETTER, Fit, Parts, Problem};
+use super::fit::{Fit, LOAD, Parts, Problem};
 use super::own::Links;
 use crate::discovery::finding::Identified;
 
@@ -58,13 +58,15 @@ impl Freed {
         Some(Self { problem, list, has_load, changes, free, with })
     }
 
-    /// Returns which is to be taken of several. A load has a name, and is one only if it does clearly more than the links' own
-    /// numbers, or they would have to be what numbers of files are not.
-    pub(super) fn best(all: &[&Self], bodies: &[Body], weights: &[f64]) -> Option<usize> {
-        let is_far = |freed: &&Self| !freed.has_load && freed.is_far(bodies);
-        let better = if all.iter().any(is_far) { 1.0 } else { BETTER };
-        let cost =
-            |at: &usize| all[*at].judged(weights) / if all[*at].has_load { better } else { 1.0 };
+    /// Returns which is to be taken of several: the likeliest. A load costs what its numbers do by the information criterion, and
+    /// links that would have to be far from the file's cost more.
+    pub(super) fn best(all: &[&Self]) -> Option<usize> {
+        let cost = |at: &usize| {
+            let freed = all[*at];
+            let rows: f64 = freed.problem.train.iter().map(|sums| sums.rows / sums.related).sum();
+            let numbers = if freed.has_load { LOAD.len() } else { 0 };
+            freed.problem.evidence(&freed.free) + numbers as f64 * rows.max(1.0).ln()
+        };
         (0..all.len()).min_by(|a, b| cost(a).total_cmp(&cost(b)))
     }
 
@@ -81,11 +83,6 @@ impl Freed {
     /// Returns what it leaves of the recordings held out.
     pub(super) fn judged(&self, weights: &[f64]) -> f64 {
         self.problem.beside(&self.changes).judged(&self.with.x, weights)
-    }
-
-    /// Returns whether a number is further from the file's than numbers of files are.
-    fn is_far(&self, bodies: &[Body]) -> bool {
-        far(bodies, &told(bodies, &self.changes, &self.free, &self.problem.prior)).is_some()
     }
 
     /// Returns the links of them.

@@ -34,7 +34,6 @@ use std::ops::Range;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::chain::Body;
 use super::channels::Quantity;
 use super::explain::ArmGap;
 use super::simulate::Model;
@@ -141,9 +140,9 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         .chain([&bare.x, &as_filed].map(|x| problem.judged(x, &weights)))
         .chain(named)
         .fold(f64::INFINITY, f64::min);
-    let best = taken(freed, bodies, &weights)?;
+    let best = taken(freed)?;
     let left = best.judged(&weights);
-    let beside = beside::taken(shows, bodies, &weights);
+    let beside = beside::taken(shows);
     let left_beside = beside.as_ref().map_or(f64::INFINITY, |found| found.left(&weights));
     let apart = Apart::of(&problem, &parts, left.min(plainest).min(left_beside), &weights)?;
     // Where those fitted bear it, the file as it is may be right of those held out, and what was fitted is not.
@@ -164,7 +163,7 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let gains = with_gains(best.free()).into_iter().filter_map(|shown| {
         let problem = &shown.problem;
         let freed = lists.iter().filter_map(|list| Freed::of(problem, bodies, &parts, list));
-        let freed = taken(freed.collect(), bodies, &weights)?;
+        let freed = taken(freed.collect())?;
         let left_with = freed.judged(&weights);
         let links = freed.links(bodies, left_with <= BETTER * plainest);
         let Shown { joint, gain: factor, std, explained, .. } = shown;
@@ -183,9 +182,9 @@ fn is_clearly_less(left: f64, than: f64) -> bool {
 }
 
 /// Returns the one of several that is to be taken.
-fn taken(mut all: Vec<Freed>, bodies: &[Body], weights: &[f64]) -> Option<Freed> {
+fn taken(mut all: Vec<Freed>) -> Option<Freed> {
     let freed: Vec<&Freed> = all.iter().collect();
-    let best = Freed::best(&freed, bodies, weights)?;
+    let best = Freed::best(&freed)?;
     Some(all.swap_remove(best))
 }
 
