@@ -16,7 +16,7 @@ pub mod lens;
 pub mod strays;
 mod zhang;
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, SVector, Vector2, Vector3};
 
 use super::reprojection::{INTRINSIC, LENS, POSE, Reprojection, Seen};
 use super::{Error, TooAlike};
@@ -114,6 +114,11 @@ impl Distortion {
             | Self::Fisheye => LensModel::Fisheye,
             _ => LensModel::Brown,
         }
+    }
+
+    /// Whether `p1` and `p2` are fitted.
+    pub fn is_tangential(self) -> bool {
+        self.terms()[2]
     }
 
     /// Returns which of `k1, k2, p1, p2, k3, k4` are fitted.
@@ -366,6 +371,16 @@ fn polish(
 /// Names of the intrinsic parameters, in order.
 pub const NAMES: [&str; INTRINSIC] =
     ["fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3", "k4"];
+
+/// How far the principal point of one view of a plane, which is assumed, is off the picture's centre, as a part of the picture's
+/// width, one standard deviation per axis. Chosen between published cameras: Zhang's is off by 2.4 % across and 5.2 % down, that
+/// of the left pictures of `OpenCV` by 3.6 % and 0.6 %.
+const OFF_CENTRE: f64 = 0.025;
+
+/// What is inside a camera in the order of [`NAMES`].
+fn numbers(k: &Intrinsics) -> SVector<f64, INTRINSIC> {
+    [k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2, k.p1, k.p2, k.k3, k.k4].into()
+}
 
 fn name_direction(direction: &fit::Direction) -> TooAlike {
     let names: Vec<&'static str> = direction

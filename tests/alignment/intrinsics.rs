@@ -4,6 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use trueup::alignment::Error;
+use trueup::alignment::intrinsics::lens::choose;
 use trueup::alignment::intrinsics::strays::without;
 use trueup::alignment::intrinsics::{
     Calibration, Distortion, ExtrinsicsPrior, Options, View, calibrate,
@@ -140,6 +141,30 @@ fn one_view_with_the_picture_s_size_gives_the_focal_length() {
     assert!((fit.intrinsics.fx - 900.0).abs() < 1e-4 && (fit.intrinsics.k1 + 0.1).abs() < 1e-6);
     let back = fit.views[0].camera_from_world.inverse();
     assert!((back.origin() - Vector3::new(0.4, 0.2, 0.4)).norm() < 1e-7);
+}
+
+/// Of one picture the principal point is taken as its centre, held there, and `p1` and `p2` were fitted beside it: 568.7 ± 2.0 px
+/// where 600 was true.
+#[test]
+fn the_doubt_of_one_view_has_that_of_the_centre_it_assumes() {
+    let options = Options { image_size: Some((1280, 720)), ..Options::default() };
+    for seed in 0..2 {
+        for view in views(0.2, false, seed) {
+            let (fit, compared) = choose(std::slice::from_ref(&view), &options).unwrap();
+            let k = fit.intrinsics;
+            let off = (k.fx - planted().fx).abs();
+            // Noise alone would be 2 to 3 px, and the centre is 6 and 12 px off.
+            assert!(fit.std[0] > 10.0 && fit.std[0] < 60.0, "{}: {:?}", view.name, fit.std);
+            assert!(off < 2.5 * fit.std[0], "{}: {off} px off, ± {}", view.name, fit.std[0]);
+            assert!(compared.iter().all(|choice| !choice.distortion.is_tangential()));
+            assert!(k.p1.abs() + k.p2.abs() < f64::EPSILON, "{k:?}");
+            // What was assumed is not said to be fitted.
+            assert!(fit.std[2] + fit.std[3] < f64::EPSILON, "{:?}", fit.std);
+        }
+    }
+    // With the pose known the centre is measured, and all choices are tried.
+    let (_, compared) = choose(&views(0.2, true, 1)[..1], &options).unwrap();
+    assert!(compared.iter().any(|choice| choice.distortion.is_tangential()), "{compared:?}");
 }
 
 #[test]

@@ -9,7 +9,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 
-use super::{Calibration, View, ViewFit, lens};
+use super::{Calibration, OFF_CENTRE, View, ViewFit, lens};
 use crate::alignment::picture::median;
 
 /// How the target was held in one view.
@@ -178,8 +178,10 @@ impl fmt::Display for Advice {
             ),
             Self::OneView => write!(
                 f,
-                "one picture: pixels are taken as square and the principal point as the picture's centre; take four \
-                 or more, the board tilted by 30 to 45 deg to another side in each, to measure them"
+                "one picture: pixels are taken as square and the principal point as the picture's centre, give or take {:.1} % \
+                 of the width, which the ± of the others include; take four or more, the board tilted by 30 to 45 deg to \
+                 another side in each, to measure them",
+                100.0 * OFF_CENTRE
             ),
             Self::FaceOn { tilt } => write!(
                 f,

@@ -13,7 +13,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector2};
 
-use super::{Calibration, Distortion, Error, Options, View, calibrate, coverage};
+use super::{Calibration, Distortion, Error, Options, View, calibrate, coverage, numbers};
 use crate::alignment::reprojection::INTRINSIC;
 use crate::world::{Intrinsics, LensModel, Pixel};
 
@@ -32,7 +32,8 @@ pub struct Compared {
 
 /// Finds what is inside the camera with the terms of the lens that the views pay for, and says how all choices fit.
 ///
-/// `options.distortion` is not looked at.
+/// `options.distortion` is not looked at. Of one view of a plane `p1` and `p2` are not tried: its principal point is
+/// assumed, and they would take up how far that is off, at the price of the focal length.
 ///
 /// # Errors
 ///
@@ -40,7 +41,9 @@ pub struct Compared {
 pub fn choose(views: &[View], options: &Options) -> Result<(Calibration, Vec<Compared>), Error> {
     let mut refused = None;
     let mut fits: Vec<(Compared, Calibration)> = Vec::new();
-    for distortion in Distortion::ALL {
+    let is_centre_assumed = matches!(views, [only] if only.world_from_camera.is_none());
+    let tried = |choice: &Distortion| !(is_centre_assumed && choice.is_tangential());
+    for distortion in Distortion::ALL.into_iter().filter(tried) {
         match calibrate(views, &Options { distortion, ..*options }) {
             Ok(fit) => {
                 let evidence = evidence(&fit, distortion);
@@ -93,11 +96,6 @@ fn covariance(
     let is_fitted =
         SVector::<f64, INTRINSIC>::from_fn(|i, _| f64::from(u8::from(fit.std[i] > 0.0)));
     (sum / weights).component_mul(&(is_fitted * is_fitted.transpose()))
-}
-
-/// What is inside a camera in the order of [`super::NAMES`].
-fn numbers(k: &Intrinsics) -> SVector<f64, INTRINSIC> {
-    [k.fx, k.fy, k.cx, k.cy, k.skew, k.k1, k.k2, k.p1, k.p2, k.k3, k.k4].into()
 }
 
 /// Which choice it is.

@@ -1,11 +1,14 @@
 //! Zhang's closed form: the camera from homographies of a plane, then its polish.
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, SVector, Vector2, Vector3};
 
 use super::gross::pairs;
-use super::{Calibration, Error, Options, View, fisheye, polish, pose_from_homography};
+use super::{
+    Calibration, Error, OFF_CENTRE, Options, View, fisheye, numbers, polish, pose_from_homography,
+};
 use crate::alignment::TooAlike;
 use crate::alignment::image_map::{self, Model, NoiseIn};
+use crate::alignment::reprojection::INTRINSIC;
 use crate::world::{Intrinsics, LensModel, Pixel, Pose, frame};
 
 /// Calibrates from views of a planar target at z = 0 whose poses are unknown.
@@ -92,7 +95,10 @@ fn polished(
     if single {
         fixed.extend([2, 3]);
     }
-    let calibration = polish(views, poses, start, fixed, Vec::new(), aspect, options)?;
+    let mut calibration = polish(views, poses, start, fixed.clone(), Vec::new(), aspect, options)?;
+    if single {
+        doubt_the_centre(&mut calibration, views, &fixed, options)?;
+    }
     let k = &calibration.intrinsics;
     let unsure = (calibration.std[0] / k.fx).max(calibration.std[1] / k.fy).abs();
     if unsure > UNSURE {
@@ -100,6 +106,35 @@ fn polished(
         return Err(Error::Views { views: views.len(), why });
     }
     Ok(calibration)
+}
+
+/// Adds to the doubt of one view's numbers that the principal point, which is taken as the picture's centre, is off it: how
+/// much each changes where it is assumed a pixel farther on, times [`OFF_CENTRE`].
+fn doubt_the_centre(
+    calibration: &mut Calibration,
+    views: &[View],
+    fixed: &[usize],
+    options: &Options,
+) -> Result<(), Error> {
+    let k = calibration.intrinsics;
+    let pose = calibration.views[0].camera_from_world.inverse();
+    let with = |shift: Vector2<f64>| {
+        let start = Intrinsics { cx: k.cx + shift.x, cy: k.cy + shift.y, ..k };
+        let fit =
+            polish(views, vec![pose], &start, fixed.to_vec(), Vec::new(), Some(1.0), options)?;
+        Ok::<_, Error>(numbers(&fit.intrinsics))
+    };
+    let is_fitted =
+        SVector::<f64, INTRINSIC>::from_fn(|i, _| f64::from(u8::from(calibration.std[i] > 0.0)));
+    let off = OFF_CENTRE * f64::from(k.width);
+    for shift in [Vector2::x(), Vector2::y()] {
+        let slope = (with(shift)? - with(-shift)?) * 0.5;
+        let by = slope.component_mul(&is_fitted) * off;
+        calibration.covariance += by * by.transpose();
+    }
+    let covariance = calibration.covariance;
+    calibration.std = std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt());
+    Ok(())
 }
 
 /// A focal length less certain than this is no calibration.
