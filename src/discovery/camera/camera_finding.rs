@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::dropped;
 use super::explain::CameraGap;
 use super::places::places;
 use super::power::smallest_visible;
@@ -80,9 +81,11 @@ fn effects(
     let all = CameraGap { data: gap.data.all_fitted(), known: gap.known.clone() };
     // What leaves its range once all points are fitted keeps the numbers by which it was judged.
     let last = |h: &Hypothesis<Law>| {
-        selection::refit(&all, h.terms.clone(), h.parameters.clone(), h.surcharges.clone())
-            .filter(|h| selection::is_sensible(&all, h))
-            .unwrap_or_else(|| h.clone())
+        let fitted =
+            selection::refit(&all, h.terms.clone(), h.parameters.clone(), h.surcharges.clone())
+                .filter(|h| selection::is_sensible(&all, h))
+                .unwrap_or_else(|| h.clone());
+        dropped::doubted(&all, fitted)
     };
     let best = &outcome.best;
     let fitted = last(best);

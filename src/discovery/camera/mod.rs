@@ -11,6 +11,7 @@
 //! Source of the lens: Brown, "Decentering Distortion of Lenses", 1966, in the form of `OpenCV`.
 
 mod camera_finding;
+mod dropped;
 pub mod bent;
 pub mod views;
 pub mod explain;
