@@ -160,6 +160,30 @@ fn tags_may_be_printed_either_side_up() {
     );
 }
 
+/// Tags 0.3 of their side apart, said to be 0.2 apart, gave a camera with an rms of 1.95 px, and the advice to tilt more.
+#[test]
+fn how_far_tags_are_apart_is_told_by_the_tags() {
+    let grid = |gap| TagGrid::new(5, 4, 0.05, gap, Family::named("36h11").unwrap()).unwrap();
+    let printed = sheet(&Target::Tags(grid(0.3)));
+    let pictures: Vec<RgbImage> = [[0.4, 0.0, 0.1], [0.0, -0.5, 0.3]]
+        .iter()
+        .enumerate()
+        .map(|(n, turns)| taken(&printed, &camera(&printed, *turns, 0.55), n as u64))
+        .collect();
+    let found = |gap: f64| -> Vec<_> {
+        let target = Target::Tags(grid(gap));
+        pictures.iter().map(|picture| target.find(picture).unwrap()).collect()
+    };
+    assert_eq!(grid(0.3).other_gap(&found(0.3)), None);
+    let thought = found(0.24);
+    let seen = grid(0.24).other_gap(&thought).unwrap();
+    assert!((seen - 0.3).abs() < 0.01, "{seen}");
+    // The points with it are where they are printed.
+    let first = grid(0.24).spaced(seen, &thought[0]);
+    let camera = camera(&printed, [0.4, 0.0, 0.1], 0.55);
+    assert!(off(&thought[0], &camera) > 2.0 && off(&first, &camera) < 1.5);
+}
+
 #[test]
 fn a_part_of_a_board_with_tags_is_enough_and_of_circles_is_not() {
     for target in targets() {

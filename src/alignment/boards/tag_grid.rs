@@ -4,7 +4,10 @@
 //! of the grid is enough. Which side of a tag is up is not the same everywhere: Kalibr's stand on their heads against `OpenCV`'s codes, which
 //! are those read here. All four turns are tried, and the one that most tags agree with is the grid's.
 //!
-//! Source: the layout of Kalibr's `aprilgrid` target (number 0 at the bottom left, x right and y up).
+//! Source: the layout of Kalibr's `aprilgrid` target (number 0 at the bottom left, x right and y up); Hartley and Zisserman, 2nd ed.,
+//! §2.5 (the cross-ratio, which tells the gap that is printed).
+
+use std::collections::BTreeMap;
 
 use image::RgbImage;
 use nalgebra::Vector2;
@@ -13,8 +16,9 @@ use super::charuco::{BadBoard, consistent};
 use super::tags::{Family, Tag, crosses, square_to, through};
 use super::{Found, LEAST, NotFound};
 use crate::alignment::chessboard::refine;
+use crate::alignment::picture::median;
 use crate::alignment::plane::Plane;
-use crate::world::{Pixel, Point};
+use crate::world::{Pixel, Point, frame};
 
 /// A grid of tags.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +43,11 @@ const WINDOW: (f64, f64, f64) = (0.15, 2.0, 0.7);
 const AROUND: f64 = 0.4;
 /// A tag that is farther than this part of its side from where all tags together put it is another board's.
 const ASTRAY: f64 = 0.6;
+/// So many pairs of neighbouring edges must tell a gap: two tags side by side have two.
+const PAIRS: usize = 8;
+/// A gap that differs by less than this part of a tag is the one that is said: lenses bend what pairs tell by up to 0.006 of it
+/// (drawn, `k1` of -0.4 and a fisheye).
+const APART: f64 = 0.02;
 
 impl TagGrid {
     /// Returns the grid, if it is one that can be looked for; `tag` in m, `gap` as a part of it.
@@ -106,6 +115,64 @@ impl TagGrid {
         inner(c) && inner(r) && self.family.is_bright(number, from_end(c), from_end(r))
     }
 
+    /// Returns the gap that pictures show where it is clearly not this grid's: of the two edges of a tag and those of its neighbour
+    /// four corners lie on a line, and their cross-ratio is what no camera changes.
+    ///
+    /// `found` are points that this grid found, a picture each.
+    #[must_use]
+    pub fn other_gap<'a>(&self, found: impl IntoIterator<Item = &'a Found>) -> Option<f64> {
+        let mut gaps: Vec<f64> = found.into_iter().flat_map(|found| self.gaps(found)).collect();
+        if gaps.len() < PAIRS {
+            return None;
+        }
+        let gap = median(&mut gaps);
+        let mut off: Vec<f64> = gaps.iter().map(|other| (other - gap).abs()).collect();
+        // Of a median, and neighbouring pairs share corners: five times what is far beyond chance.
+        let unsure = 5.0 * 2.0 * median(&mut off) / (gaps.len() as f64).sqrt();
+        ((gap - self.gap).abs() > unsure.max(APART)).then_some(gap)
+    }
+
+    /// The gaps that pairs of neighbouring tags show in one picture, as parts of their side.
+    fn gaps(&self, found: &Found) -> Vec<f64> {
+        let corners: BTreeMap<(i32, i32), Vector2<f64>> = found
+            .iter()
+            .map(|(point, pixel)| (self.corner(point), Vector2::new(pixel.u, pixel.v)))
+            .collect();
+        let four = |(x, y): (i32, i32), is_along: bool| {
+            let at = |k: i32| corners.get(&if is_along { (x + k, y) } else { (x, y + k) }).copied();
+            gap_of([at(0)?, at(1)?, at(2)?, at(3)?])
+        };
+        let firsts = corners.keys().flat_map(|&(x, y)| {
+            let along = (x % 2 == 0).then(|| four((x, y), true)).flatten();
+            let across = (y % 2 == 0).then(|| four((x, y), false)).flatten();
+            along.into_iter().chain(across)
+        });
+        firsts.collect()
+    }
+
+    /// Which corner of the grid a point is: twice its tag's column and row, and one more on the tag's right and its upper side.
+    fn corner(&self, point: &Point<frame::World>) -> (i32, i32) {
+        let pitch = self.tag * (1.0 + self.gap);
+        let of = |x: f64| {
+            let number = ((x + 0.5 * self.gap * self.tag) / pitch).floor();
+            2 * number as i32 + i32::from(x - number * pitch > 0.5 * self.tag)
+        };
+        (of(point.coords().x), of(point.coords().y))
+    }
+
+    /// Returns the same points of a grid with another gap.
+    #[must_use]
+    pub fn spaced(&self, gap: f64, found: &Found) -> Found {
+        let more = self.tag * (gap - self.gap);
+        let moved = |(point, pixel): &(Point<frame::World>, Pixel)| {
+            let (column, row) = self.corner(point);
+            let by = |of: i32| f64::from(of.div_euclid(2)) * more;
+            let at = point.coords();
+            (Point::new(at.x + by(column), at.y + by(row), at.z), *pixel)
+        };
+        found.iter().map(moved).collect()
+    }
+
     /// Finds the corners of the tags that are seen.
     ///
     /// # Errors
@@ -159,4 +226,16 @@ impl TagGrid {
         }
         Ok(found)
     }
+}
+
+/// The gap between two tags as a part of their side, from their edges one behind the other; `None` where they do not lie so.
+fn gap_of([first, second, third, fourth]: [Vector2<f64>; 4]) -> Option<f64> {
+    let along = (fourth - first).try_normalize(f64::MIN_POSITIVE)?;
+    let [b, c, d] = [second, third, fourth].map(|corner| (corner - first).dot(&along));
+    if !(0.0 < b && b < c && c < d) {
+        return None;
+    }
+    // With a side of 1 the corners are at 0, 1, p and p + 1: p² / (p² - 1).
+    let ratio = c * (d - b) / ((c - b) * d);
+    (ratio > 1.0).then(|| (ratio / (ratio - 1.0)).sqrt() - 1.0)
 }

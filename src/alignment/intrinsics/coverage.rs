@@ -30,11 +30,28 @@ pub struct Coverage {
     pub is_one_to_one: bool,
     /// Points in each ninth of the picture, rows from the top, columns from the left.
     pub ninths: [[usize; 3]; 3],
+    /// What the target has otherwise than was said, where somebody looked.
+    pub other_gap: Option<OtherGap>,
+}
+
+/// Tags that are printed farther apart, or less far, than was said.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OtherGap {
+    /// The gap that was said, as a part of a tag.
+    pub said: f64,
+    /// The one that the pictures show.
+    pub seen: f64,
+    /// Root mean square reprojection error with the one said, px.
+    pub rms_px: f64,
+    /// The same with the one seen.
+    pub better_px: f64,
 }
 
 /// What a further picture should show.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Advice {
+    /// The target is not what was said.
+    OtherGap(OtherGap),
     /// Few pictures.
     FewViews {
         /// How many there are.
@@ -114,12 +131,12 @@ impl Coverage {
             ninths[third(pixel.v, h)][third(pixel.u, w)] += 1;
         }
         let is_one_to_one = lens::is_one_to_one(&calibration.intrinsics, views);
-        Self { held: held.collect(), is_one_to_one, ninths }
+        Self { held: held.collect(), is_one_to_one, ninths, other_gap: None }
     }
 
     /// Returns what the next pictures should show, most useful first.
     pub fn advice(&self, calibration: &Calibration) -> Vec<Advice> {
-        let mut advice = Vec::new();
+        let mut advice: Vec<Advice> = self.other_gap.map(Advice::OtherGap).into_iter().collect();
         let views = self.held.len();
         let tilt = self.held.iter().map(|held| held.tilt).fold(0.0, f64::max);
         if tilt < FACE_ON {
@@ -171,6 +188,11 @@ impl Coverage {
 impl fmt::Display for Advice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::OtherGap(OtherGap { said, seen, rms_px, better_px }) => write!(
+                f,
+                "the gaps between the tags look like {seen:.3} of a tag, not {said}: with that the corners fit to {better_px:.2} px, \
+                 not {rms_px:.2} px; say so in `--board`, and calibrate again"
+            ),
             Self::FewViews { views } => write!(
                 f,
                 "only {views} pictures; take {} more, the board tilted by 30 to 45 deg to another side in each",

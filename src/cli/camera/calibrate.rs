@@ -12,7 +12,7 @@ use crate::alignment::boards::tag_grid::TagGrid;
 use crate::alignment::boards::tags::Family;
 use crate::alignment::chessboard::Board;
 use crate::alignment::decode;
-use crate::alignment::intrinsics::coverage::Coverage;
+use crate::alignment::intrinsics::coverage::{Coverage, OtherGap};
 use crate::alignment::intrinsics::strays::{self, Without};
 use crate::alignment::intrinsics::{self, Distortion, View, lens};
 use crate::files::write;
@@ -126,16 +126,22 @@ pub(super) fn calibrate(args: &CalibrateArgs, style: Style) -> Result<Exit, Fail
         ..intrinsics::Options::default()
     };
     let distortion = Distortion::from_name(&args.distortion);
-    let found = strays::without(&views, |views| match distortion {
+    let fitted = |views: &[View]| match distortion {
         Some(distortion) => {
             let options = intrinsics::Options { distortion, ..options };
             intrinsics::calibrate(views, &options).map(|fit| (fit, Vec::new()))
         }
         None => lens::choose(views, &options),
-    })
-    .map_err(|error| refused(&error, &views, &pictures))?;
+    };
+    let found =
+        strays::without(&views, fitted).map_err(|error| refused(&error, &views, &pictures))?;
     let Without { fit: (fit, compared), views, strays } = found;
-    let coverage = Coverage::of(&fit, &views);
+    let mut coverage = Coverage::of(&fit, &views);
+    if let Target::Tags(grid) = &args.board {
+        coverage.other_gap = other_gap(grid, &views, fit.rms_px, |views| {
+            fitted(views).ok().map(|(fit, _)| fit.rms_px)
+        });
+    }
     let answer = Answer::new(&fit, &coverage, &compared, &args.board, &pictures, &strays);
     if let Some(dir) = &args.out {
         std::fs::create_dir_all(dir).map_err(unwritten(dir))?;
@@ -153,7 +159,28 @@ pub(super) fn calibrate(args: &CalibrateArgs, style: Style) -> Result<Exit, Fail
             style.say(format!("written: {}", path.display()));
         }
     }
-    Ok(Exit::Yes)
+    Ok(if coverage.other_gap.is_some() { Exit::No } else { Exit::Yes })
+}
+
+/// The corners must fit to less than this part of what they are off with the gap that was said. Chosen: what differs by no more is a
+/// lens, or a sheet that is not flat.
+const BETTER: f64 = 0.5;
+
+/// Returns the gap of a grid of tags where it is not the one that was said; `rms_px` is how far corners are off with that, `again`
+/// how far they are in views that have another.
+fn other_gap(
+    grid: &TagGrid,
+    views: &[View],
+    rms_px: f64,
+    again: impl Fn(&[View]) -> Option<f64>,
+) -> Option<OtherGap> {
+    let seen = grid.other_gap(views.iter().map(|view| &view.points))?;
+    let spaced: Vec<View> = views
+        .iter()
+        .map(|view| View { points: grid.spaced(seen, &view.points), ..view.clone() })
+        .collect();
+    let better_px = again(&spaced)?;
+    (better_px < BETTER * rms_px).then_some(OtherGap { said: grid.gap, seen, rms_px, better_px })
 }
 
 fn save(path: &Path, answer: &Answer) -> Result<(), Failure> {
