@@ -1,7 +1,8 @@
 //! What can be wrong with points and with the files beside them, and what would help.
 
+use super::misread::{Misread, Reading};
 use crate::discovery::recording::Error;
-use crate::units::Dimension;
+use crate::units::{Dimension, significant};
 
 pub(super) fn no_points() -> Error {
     Error::new("there are no points", "command line", "name at least one CSV file")
@@ -74,6 +75,39 @@ pub(super) fn unfitted(what: String, file: &str) -> Error {
 
 pub(super) fn not_fitted(why: &impl ToString, file: &str) -> Error {
     unfitted(format!("the points cannot be fitted by any camera: {}", why.to_string()), file)
+}
+
+/// The pixels are not what they are taken for.
+pub(super) fn misread(Misread { reading, off_px, then_px }: Misread, file: &str) -> Error {
+    let mirrored = "u is to the right and v is down, from the top left pixel: write the pixels of the picture as the camera took it, \
+                    or the camera's pose as it hung";
+    let (what, help) = match reading {
+        Reading::Exchanged => (
+            "u and v are exchanged".to_owned(),
+            "exchange them: `--map 'u=v[px],v=u[px]'`; u is to the right, v is down".to_owned(),
+        ),
+        Reading::LeftToRight => ("the picture is mirrored, left for right".into(), mirrored.into()),
+        Reading::UpsideDown => ("the picture is mirrored, top for bottom".into(), mirrored.into()),
+        Reading::HalfATurn => ("the picture is turned by half a turn".into(), mirrored.into()),
+        Reading::Times(times) => {
+            let size = significant(1.0 / times, 3);
+            (
+                format!("the pixels are of a picture {size} times as large as the camera's"),
+                format!(
+                    "give the camera at the size of these pictures, `fx_px`, `fy_px`, `cx_px` and `cy_px` times {size}, or the pixels at the \
+                     camera's"
+                ),
+            )
+        }
+    };
+    let (off, then) = (significant(off_px, 3), significant(then_px, 2));
+    Error::new(
+        format!(
+            "{what}: read so, points are {then} px from where the camera shows them, as they are {off} px (median)"
+        ),
+        file,
+        help,
+    )
 }
 
 /// An effect that the model has already is not read.

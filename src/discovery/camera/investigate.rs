@@ -4,6 +4,7 @@ use super::bent::Bent;
 use super::camera_finding::answer;
 use super::explain::CameraGap;
 use super::layout::{LEAST, LEAST_IN_VIEW, laid_out};
+use super::misread::misread;
 use super::points::Points;
 use super::term::Law;
 use super::views::Data;
@@ -39,6 +40,9 @@ pub fn investigate(
     let mut notes: Vec<String> = files.iter().flat_map(|file| file.notes.clone()).collect();
     let known = known_laws(known, &mut notes)?;
     let mut data = laid_out(files, nominal, options.holdout, &mut notes)?;
+    if let Some(misread) = misread(&data, (&known.0, &known.1)) {
+        return Err(error::misread(misread, &files[0].name));
+    }
     progress(wording::TELLING_NOISE, 0.05);
     clean(&mut data, (&known.0, &known.1), files, &mut notes)?;
     let mut gap = CameraGap { data, known };

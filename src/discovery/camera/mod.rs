@@ -18,6 +18,7 @@ pub mod explain;
 pub mod investigate;
 pub mod known;
 mod layout;
+mod misread;
 pub mod lens;
 pub mod pictures;
 mod places;

@@ -42,3 +42,34 @@ fn a_point_at_two_places_at_once_is_told() {
     let error = asked(&[text], &posed(), "").unwrap_err();
     assert!(error.what.contains("two places"), "{error}");
 }
+
+/// Pixels that were exchanged or mirrored were explained by formulas of thousands of px, and half a picture by a focal length of 0.5
+/// and a centre 320 px off.
+#[test]
+fn pixels_that_say_something_else_are_told_by_name() {
+    let truth = Truth { k: [-0.08, 0.0], ..Truth::default() };
+    let good = truth.table_picture(Shot::with(3), true);
+    let read = |how: &dyn Fn(f64, f64) -> (f64, f64)| {
+        let mut lines = good.lines();
+        let mut text = format!("{}\n", lines.next().unwrap());
+        for line in lines {
+            let cells: Vec<&str> = line.split(',').collect();
+            let (u, v) = how(cells[3].parse().unwrap(), cells[4].parse().unwrap());
+            writeln!(text, "{},{u},{v},{}", cells[..3].join(","), cells[5]).unwrap();
+        }
+        asked(&[text], &posed(), "")
+    };
+    let told = |how: &dyn Fn(f64, f64) -> (f64, f64), says: &str| {
+        let error = read(how).unwrap_err();
+        assert!(error.what.starts_with(says), "{error}");
+        assert!(!error.help.is_empty());
+    };
+    told(&|u, v| (v, u), "u and v are exchanged");
+    told(&|u, v| (1279.0 - u, v), "the picture is mirrored, left for right");
+    told(&|u, v| (u, 719.0 - v), "the picture is mirrored, top for bottom");
+    told(&|u, v| (1279.0 - u, 719.0 - v), "the picture is turned");
+    told(&|u, v| (0.5 * u - 0.25, 0.5 * v - 0.25), "the pixels are of a picture 0.5 times");
+    // As they are, and a camera that looks past by 40 px: no more than an effect.
+    assert_eq!(super::names(&read(&|u, v| (u, v)).unwrap().finding), ["radial_distortion"]);
+    assert!(read(&|u, v| (u + 40.0, v)).is_ok());
+}
