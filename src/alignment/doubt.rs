@@ -4,9 +4,9 @@
 //! the eye, or is smaller than said; a foot that does not lie flat says that the table, or the camera, is
 //! tilted. Here the fit of [`super::refine`] is asked what would change were the table's height and tilt, or
 //! the size, free as well. The table is the same for all objects, so what they say of it is put together
-//! ([`TableDoubt`]); each size is the object's own. What is true is not known: three explanations (all as
-//! said, table wrong, size wrong) are weighed by their evidence, and a placement is as uncertain as their
-//! mixture.
+//! ([`TableDoubt`]); each size is the object's own, and so is whether it stands on the table: what looks larger in all directions
+//! alike is nearer to the eye, on something. What is true is not known: four explanations (all as said, table wrong, size wrong,
+//! higher than the table) are weighed by their evidence, and a placement is as uncertain as their mixture.
 //!
 //! Source: `MacKay`, *Information Theory, Inference, and Learning Algorithms*, 2003, ch. 28 (evidence, Occam
 //! factors); linear Gaussian throughout, with Tukey weights against edges of other things.
@@ -36,6 +36,10 @@ const TABLE: [f64; 2] = [0.001, 0.002];
 const WRONG_TABLE: [f64; 2] = [0.03, 0.05];
 /// How often an object's size, and a scene's table, are wrong, before anything is seen.
 const WRONG: [f64; 2] = [0.1, 0.2];
+/// How high things stand that stand on others, m, and how often one does that is said to stand on the table. Chosen: as high as things
+/// are that others are put on, and as often as a size is wrong.
+const RAISED: f64 = 0.1;
+const ON_ANOTHER: f64 = 0.1;
 /// Probability from which a wrong scene counts at all: what is hardly told from its prior is not evidence.
 const COUNTS: f64 = 0.25;
 /// How far off an edge may be as a whole, px: rounded rims, shadows at the foot; of a clear thing, its wall.
@@ -90,6 +94,14 @@ pub struct Meaning {
     pub by_size: f64,
     /// How much larger it would then be, relative: the whole, and its height beyond that.
     pub larger: [f64; 2],
+    /// How probable it is that it stands higher than the table.
+    pub raised: f64,
+    /// How far the object would then be from where it was placed, m.
+    pub by_raised: f64,
+    /// How much higher, m, and how far along x and y from where it was placed, m.
+    pub height: f64,
+    /// See [`Self::height`].
+    pub shift: [f64; 2],
     /// Height of the table's centre were the table wrong, m.
     pub lift: f64,
     /// Its tilt, rad.
@@ -101,7 +113,8 @@ impl Meaning {
     pub fn std(&self) -> f64 {
         let counts = |p: f64| ((p - COUNTS) / (1.0 - COUNTS)).max(0.0);
         let square = |p: f64, by: f64| counts(p) * by * by;
-        (square(self.table, self.by_table) + square(self.size, self.by_size)).sqrt()
+        let by_table = square(self.table, self.by_table);
+        (by_table + square(self.size, self.by_size) + square(self.raised, self.by_raised)).sqrt()
     }
 }
 
@@ -235,12 +248,25 @@ impl Doubt {
     fn weigh(&self, table: Option<&TableDoubt>, height: f64) -> Option<Meaning> {
         let right = self.under(&prior(TABLE, [SIZE; 2]))?;
         let sized = self.under(&prior(TABLE, WRONG_SIZE))?;
+        let raised = self.under(&prior([RAISED, TABLE[1]], [SIZE; 2]))?;
         let odds = |often: f64, evidence: f64| often * evidence.clamp(-50.0, 50.0).exp();
         let apart = |state: &Column| (state.xy() - right.state.xy()).norm();
-        let size_odds = odds(WRONG[0], sized.evidence - right.evidence);
+        let [by_size, by_raised] = [&sized, &raised].map(|other| {
+            apart(&other.state).hypot((other.variance - right.variance).max(0.0).sqrt())
+        });
+        let gains = [sized.evidence, raised.evidence].map(|evidence| evidence - right.evidence);
+        // Beyond what counts in full only which of the two is ahead does.
+        let beyond = (gains[0].max(gains[1]) - 50.0).max(0.0);
+        let size_odds = odds(WRONG[0], gains[0] - beyond);
+        // Nothing stands in the table.
+        let raised_odds =
+            if raised.state[3] > 0.0 { odds(ON_ANOTHER, gains[1] - beyond) } else { 0.0 };
         let mut meaning = Meaning {
-            by_size: apart(&sized.state).hypot((sized.variance - right.variance).max(0.0).sqrt()),
+            by_size,
             larger: [sized.state[6], sized.state[7]],
+            by_raised,
+            height: raised.state[3],
+            shift: [raised.state[0], raised.state[1]],
             ..Meaning::default()
         };
         let mut table_odds = 0.0;
@@ -261,7 +287,8 @@ impl Doubt {
             table_odds = odds(WRONG[1], table.evidence);
         }
         meaning.table = table_odds / (1.0 + table_odds);
-        meaning.size = (1.0 - meaning.table) * size_odds / (1.0 + size_odds);
+        let share = (1.0 - meaning.table) / (1.0 + size_odds + raised_odds);
+        (meaning.size, meaning.raised) = (share * size_odds, share * raised_odds);
         Some(meaning)
     }
 }

@@ -360,9 +360,7 @@ pub(super) fn weigh(
     table: Option<&TableDoubt>,
     height: f64,
 ) {
-    if sighting.world_from_object.is_none() {
-        return;
-    }
+    let Some(pose) = sighting.world_from_object else { return };
     if let Some(doubt) = doubt {
         let meaning = doubt.meaning(table, height);
         sighting.checks.meaning = meaning;
@@ -370,10 +368,13 @@ pub(super) fn weigh(
         sighting.std = sighting.std.hypot(scene);
         sighting.confidence /= 1.0 + (scene / OF_USE).powi(2);
         // A deviation that grew has a reason that is told.
-        if scene > WORTH_TELLING
-            && meaning.table * meaning.by_table >= meaning.size * meaning.by_size
-        {
+        let by_itself = (meaning.size * meaning.by_size).max(meaning.raised * meaning.by_raised);
+        if scene > WORTH_TELLING && meaning.table * meaning.by_table >= by_itself {
             sighting.reason = Some(wording::table_is_elsewhere(&meaning, scene));
+        } else if meaning.raised > ODDS && scene > WORTH_TELLING {
+            let at = pose.origin();
+            let place = [at.x + meaning.shift[0], at.y + meaning.shift[1]];
+            sighting.reason = Some(wording::stands_higher(&meaning, place));
         } else if meaning.size > ODDS && meaning.larger.iter().any(|l| l.abs() > LARGER) {
             sighting.reason = Some(wording::size_is_other(&meaning, scene));
         }

@@ -24,6 +24,7 @@ mod rival;
 mod stop;
 mod together;
 mod unexplained;
+mod upon;
 mod verify;
 mod wording;
 
@@ -280,7 +281,7 @@ impl Look<'_> {
     /// Finds the scene's objects, standing on the table.
     ///
     /// One sighting per object, in the scene's order, whether found or not; none of what [`Options::elsewhere`] names. None at
-    /// all when the look was stopped.
+    /// all when the look was stopped. What looks nearer than on the table, over another thing, is looked for on that.
     pub fn see(&self, options: &Options) -> Vec<Sighting> {
         let Self { scene, camera, view, .. } = self;
         // What slides in a case is looked for along its rail.
@@ -321,7 +322,7 @@ impl Look<'_> {
         if !scene.drawers.is_empty() {
             self.drawers(options.ignore.as_ref(), &mut seen);
         }
-        seen
+        self.upon_others(&seen, options).unwrap_or(seen)
     }
 
     /// Adds what slides in cases to what was seen, in the scene's order, and tells the fronts of the cases from their backs.
@@ -355,7 +356,10 @@ fn blame(sightings: &mut [(Sighting, Option<Doubt>)], eye_height: f64) {
     // vouches for the table.
     let sound: Vec<bool> = sightings
         .iter()
-        .map(|(s, _)| s.confidence >= FOUND && s.checks.meaning.size < SIZE_DOUBTED)
+        .map(|(s, _)| {
+            let meaning = &s.checks.meaning;
+            s.confidence >= FOUND && meaning.size + meaning.raised < SIZE_DOUBTED
+        })
         .collect();
     let refused: Vec<bool> = sightings.iter().map(|(s, _)| s.confidence < FOUND).collect();
     for i in 0..sightings.len() {

@@ -124,6 +124,25 @@ pub(super) fn size_is_other(meaning: &Meaning, off: f64) -> String {
     )
 }
 
+/// The thing is nearer than it would be on the table; where it would then stand.
+pub(super) fn stands_higher(meaning: &Meaning, [x, y]: [f64; 2]) -> String {
+    format!(
+        "it looks {:.0} % larger than it would on the table: it stands about {:.0} mm higher, on something, at about {}; \
+         say in the scene what it stands on, or check its size there",
+        100.0 * meaning.larger[0].abs(),
+        1e3 * meaning.height,
+        place(x, y)
+    )
+}
+
+/// The thing was found on another, so high above the table, m.
+pub(super) fn stands_upon(carrier: &str, height: f64) -> String {
+    format!(
+        "it looks larger than it would on the table: it stands {:.0} mm higher, on `{carrier}`",
+        1e3 * height
+    )
+}
+
 /// The best place is beside the table.
 pub(super) fn off_the_table(at: &Candidate) -> String {
     format!("the best place, {}, is not on the table", place(at.x, at.y))
