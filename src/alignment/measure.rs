@@ -3,7 +3,7 @@
 //! In: a picture, its camera and the mask of one thing that stands on the table. Out: the cuboid or the cylinder that fits
 //! its outline best, with place, sizes and how certain each is. Both are fitted to the outline, from several heights and
 //! turns; the simpler one is taken unless the other explains the outline better, and is then moved onto the picture's own
-//! edges, those inside the outline too. What stands on something else, is hidden in part or has another form is measured
+//! edges, those inside the outline too. A shadow that was cut out with it is taken off before. What stands on something else, is hidden in part or has another form is measured
 //! wrongly, or refused by how far its edges are off.
 //!
 //! Source: the paper, §2.2 (contour → key points → pose, sizes known); Schwarz, "Estimating the dimension of a model",
@@ -20,7 +20,7 @@ use super::key_points::{Contour, Refused};
 use super::outline::{ObjectPose, Outline, Projector};
 use super::picture::Picture;
 use super::refine::strongest;
-use super::segment::{Prompt, segment};
+use super::segment::{Prompt, segment, without_shadow};
 use crate::fit::{self, Fit, Loss, Residuals};
 use crate::world::frame::Object;
 use crate::world::{Camera, Form, Material, Point, Shape, Unknown};
@@ -123,7 +123,8 @@ pub fn measure_in(
     let (du, dv) = (ROOM * (u1 - u0), ROOM * (v1 - v0));
     let around = Prompt::Box([u0 - du, v0 - dv, u1 + du, v1 + dv]);
     let cut = segment(picture, &around).ok_or(Unmeasured::Uncut)?;
-    measure(picture, image, camera, &cut.mask)
+    let lit = without_shadow(image, &cut.mask);
+    measure(picture, image, camera, lit.as_ref().unwrap_or(&cut.mask))
 }
 
 /// Measures the thing that a mask of the picture's size covers.
@@ -426,6 +427,40 @@ mod tests {
             assert!(found.size_std.iter().all(|std| *std < 2e-3), "{found:?}");
             assert!(found.colour[0] >= 150 && found.colour[1] <= 60, "{found:?}");
         }
+    }
+
+    /// A box of 75 x 121 x 82 mm was measured as 117 x 83 x 106 mm ± 1.2 mm, its shadow as a part of it.
+    #[test]
+    fn a_cast_shadow_is_no_part_of_a_thing() {
+        let shape = Shape::Cuboid { size: Vector3::new(0.075, 0.12, 0.08) };
+        let pose = ObjectPose::upright(0.6, 0.1, 0.0, 0.5);
+        let (mut image, mut mask) = painted(&shape, &pose);
+        // The lamp is low on one side; a third of the light is left.
+        let foot = Shape::Cuboid { size: Vector3::new(0.075, 0.12, 1e-3) };
+        let view = Projector::new(&camera());
+        for step in 0..12 {
+            let by = 0.004 * f64::from(step);
+            let there = ObjectPose::upright(0.6 + by, 0.1 - by, 0.0, 0.5);
+            let shadow = Outline::new(&view, &foot, &there, 8);
+            let solid = Outline::new(&view, &shape, &pose, 8);
+            for (u, v, pixel) in image.enumerate_pixels_mut() {
+                let at = Vector2::new(f64::from(u), f64::from(v));
+                if shadow.contains(at) && !solid.contains(at) {
+                    *pixel = Rgb([118, 103, 84]);
+                    mask.put_pixel(u, v, Luma([255]));
+                }
+            }
+        }
+        let picture = Picture::new(&image);
+        let lit = without_shadow(&image, &mask).unwrap();
+        assert_eq!(without_shadow(&image, &lit), None);
+        let found = measure(&picture, &image, &camera(), &lit).unwrap();
+        let Shape::Cuboid { size } = found.shape else { panic!("{found:?}") };
+        assert!((size.x.min(size.y) - 0.075).abs() < 3e-3, "{found:?}");
+        assert!((size.x.max(size.y) - 0.12).abs() < 3e-3, "{found:?}");
+        assert!((size.z - 0.08).abs() < 3e-3, "{found:?}");
+        let at = found.world_from_object.origin();
+        assert!((at.xy() - Vector2::new(0.6, 0.1)).norm() < 3e-3, "{found:?}");
     }
 
     #[test]

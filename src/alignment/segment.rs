@@ -15,6 +15,7 @@ mod palette;
 mod prompt;
 mod referee;
 mod ring;
+mod shade;
 mod snap;
 mod strokes;
 
@@ -35,6 +36,7 @@ pub use everything::everything;
 pub(in crate::alignment) use offered::{agreement, inside};
 pub use offered::{best, offered};
 pub use prompt::{By, LEAST_SIDE, Prompt, Segment, extent, segment};
+pub(in crate::alignment) use shade::without_shadow;
 
 type Coefficients = SVector<f64, 6>;
 
