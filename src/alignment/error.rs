@@ -229,3 +229,12 @@ impl Error {
         }
     }
 }
+
+/// How far a view leaves a side open, m: its standard deviation.
+pub(super) fn open_side(std: f64) -> String {
+    if std.is_finite() {
+        format!("± {:.0} mm on one side", 1e3 * std)
+    } else {
+        "one side of it is not seen at all".into()
+    }
+}

@@ -15,6 +15,7 @@ use image::{GrayImage, RgbImage};
 use nalgebra::{Vector2, Vector3};
 use thiserror::Error as ThisError;
 
+use super::error::open_side;
 use super::evidence::Hidden;
 use super::key_points::{Contour, Refused};
 use super::outline::{ObjectPose, Outline, Projector};
@@ -98,8 +99,8 @@ pub enum Unmeasured {
     /// Neither solid fits: root mean square distance of the better one, px.
     #[error("neither a box nor a can has its outline; the better one is off by {0:.1} px")]
     Misfit(f64),
-    /// A solid fits, and so do others: the standard deviation of a size, m.
-    #[error("this view does not tell its size, ± {:.0} mm on one side; take a picture from another place", .0 * 1e3)]
+    /// A solid fits, and so do others: the standard deviation of a size, m, infinite where nothing tells it.
+    #[error("this view does not tell its size, {}; take a picture from another place", open_side(*.0))]
     Undetermined(f64),
     /// What was cut out lies on the table like a sheet: a shadow, a print, a reflection.
     #[error("it is flat")]
@@ -169,11 +170,11 @@ pub fn measure(
     }
     let found = refined(&view, picture, found.x).ok_or(Unmeasured::Misfit(rms_px))?;
     let rms_px = EDGE_PX * found.rms;
-    let (shape, world_from_object) = solid(&found.x);
+    let (mut shape, mut world_from_object) = solid(&found.x);
     let far = (world_from_object.origin() - view.eye()).norm();
     let soft = SOFT_PX * far / camera.intrinsics.fx;
     let of_size = |i: usize, size: f64| (found.std(i) * size).hypot(soft);
-    let size_std = match shape {
+    let mut size_std = match shape {
         Shape::Cuboid { size } => [of_size(3, size.x), of_size(4, size.y), of_size(2, size.z)],
         Shape::Cylinder { radius, height } => {
             [of_size(3, radius), of_size(3, radius), of_size(2, height)]
@@ -184,6 +185,16 @@ pub fn measure(
     let worst = size_std.iter().fold(0.0_f64, |worst, std| worst.max(*std));
     if worst > TOLD * shape.height().max(shape.outer_radius()) {
         return Err(Unmeasured::Undetermined(worst));
+    }
+    // The longer side is along x: the same box is not told once as 75 x 121 mm and once as 121 x 75 mm.
+    if let Shape::Cuboid { size } = &mut shape
+        && size.y > size.x
+    {
+        size.swap_rows(0, 1);
+        size_std.swap(0, 1);
+        let at = world_from_object.origin();
+        world_from_object =
+            ObjectPose::upright(at.x, at.y, 0.0, world_from_object.yaw() + FRAC_PI_2);
     }
     // What is no higher than its edges are soft has no side that was seen.
     if shape.height() < 2.0 * size_std[2] {
@@ -424,6 +435,13 @@ mod tests {
                 _ => f64::INFINITY,
             };
             assert!(off < 2e-3, "{shape:?}: {found:?}");
+            // The longer side is told first, and lies as it does.
+            if let (Shape::Cuboid { size: own }, Shape::Cuboid { size }) = (&found.shape, &shape) {
+                assert!(own.x >= own.y, "{found:?}");
+                let turned = if size.y > size.x { FRAC_PI_2 } else { 0.0 };
+                let off = (found.world_from_object.yaw() - yaw - turned).sin().abs();
+                assert!((size.x - size.y).abs() < 1e-9 || off < 0.05, "{shape:?}: {found:?}");
+            }
             assert!(found.size_std.iter().all(|std| *std < 2e-3), "{found:?}");
             assert!(found.colour[0] >= 150 && found.colour[1] <= 60, "{found:?}");
         }

@@ -60,10 +60,28 @@ pub fn annotate(image: &RgbImage, sightings: &[Sighting]) -> RgbImage {
             1e3 * place.y,
             100.0 * s.confidence
         );
-        let at = (s.bbox[0], (s.bbox[1] - f64::from(10 * scale)).max(1.0));
-        text(&mut out, (at.0 as u32, at.1), scale, colour, &label);
+        let others = sightings.iter().enumerate().filter(|(k, other)| *k != i && other.found);
+        let others: Vec<[f64; 4]> = others.map(|(_, other)| other.bbox).collect();
+        let long = 6.0 * label.chars().count() as f64;
+        let at = beside(s.bbox, f64::from(scale) * long, f64::from(10 * scale), &others);
+        text(&mut out, (at[0] as u32, at[1]), scale, colour, &label);
     }
     out
+}
+
+/// Where the label of a thing in a box begins, `long` and `high` px: above it, below it or beside it, the first of these that lies over
+/// no other; above it where all do.
+fn beside([u0, v0, u1, v1]: [f64; 4], long: f64, high: f64, others: &[[f64; 4]]) -> [f64; 2] {
+    let above = [u0, (v0 - high).max(1.0)];
+    let middle = 0.5 * (v0 + v1 - high);
+    let places = [above, [u0, v1 + 2.0], [u1 + 2.0, middle], [(u0 - long - 2.0).max(0.0), middle]];
+    let is_free = |[u, v]: &[f64; 2]| {
+        let meets = |other: &[f64; 4]| {
+            *u < other[2] && u + long > other[0] && *v < other[3] && v + high > other[1]
+        };
+        !others.iter().any(meets)
+    };
+    places.into_iter().find(is_free).unwrap_or(above)
 }
 
 /// Draws a closed line of dashes of `dash` px.
@@ -93,6 +111,12 @@ pub fn outline(image: &mut RgbImage, contour: &[[f64; 2]], k: usize) {
             stroke(image, [a[0] + du, a[1] + dv], [b[0] + du, b[1] + dv], colour);
         }
     }
+}
+
+/// Draws a dashed box `[u0, v0, u1, v1]`, px, in red, around what could not be measured.
+pub fn unmeasured(image: &mut RgbImage, [u0, v0, u1, v1]: [f64; 4]) {
+    let scale = f64::from((image.width() / 640).max(1));
+    dashed(image, &[[u0, v0], [u1, v0], [u1, v1], [u0, v1]], scale * DASH, UNDECLARED);
 }
 
 /// Draws around each thing that no scene declares, in red: its outline if it was measured, else the circle on the table that
@@ -198,5 +222,25 @@ fn text(image: &mut RgbImage, at: (u32, f64), scale: u32, colour: [u8; 3], words
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The label of one thing was written over the thing behind it.
+    #[test]
+    fn a_label_lies_over_no_other_thing() {
+        let at = |others: &[[f64; 4]]| {
+            let [u, v] = beside([100.0, 100.0, 160.0, 150.0], 80.0, 10.0, others);
+            (u, v)
+        };
+        assert_eq!(at(&[]), (100.0, 90.0));
+        let behind = [110.0, 60.0, 150.0, 95.0];
+        assert_eq!(at(&[behind]), (100.0, 152.0));
+        assert_eq!(at(&[behind, [90.0, 140.0, 200.0, 180.0]]), (162.0, 120.0));
+        // Where nothing is free it stays above.
+        assert_eq!(at(&[[0.0, 0.0, 640.0, 480.0]]), (100.0, 90.0));
     }
 }

@@ -71,11 +71,14 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
     note_colour(&look, style);
     let mut seen = look.see(&Options::default());
     seen.retain(|sighting| sighting.found && sighting.confidence >= SURE);
-    let (mut things, mut missed) = (Vec::new(), Vec::new());
+    let (mut things, mut missed, mut boxes) = (Vec::new(), Vec::new(), Vec::new());
     for region in look.unexplained_regions(&seen, &Options::default()) {
         match look.measured_in(region.in_picture) {
             Ok(found) => things.push(found),
-            Err(why) => missed.push((region.bound.at, why.to_string())),
+            Err(why) => {
+                missed.push((region.bound.at, why.to_string()));
+                boxes.push(region.in_picture);
+            }
         }
     }
     // From left to right, as a person would count them.
@@ -86,7 +89,10 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
     let text = to_text(&scene, &doc, &comments);
     write::replace(&args.out, &text).map_err(|error| Failure::unwritten(&args.out, &error))?;
     if let Some(path) = &args.drawn {
-        let drawn = drawn(&image, &camera, &seen, &things);
+        let mut drawn = drawn(&image, &camera, &seen, &things);
+        for held in boxes {
+            overlay::unmeasured(&mut drawn, held);
+        }
         write::picture(path, &drawn).map_err(|error| Failure::unwritten(path, &error))?;
     }
     let names: Vec<&str> = scene.objects.iter().map(|o| o.name.as_str()).skip(seen.len()).collect();

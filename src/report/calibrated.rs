@@ -7,6 +7,7 @@ use crate::alignment::intrinsics::coverage::Coverage;
 use crate::alignment::intrinsics::lens::Compared;
 use crate::alignment::intrinsics::strays::Stray;
 use crate::alignment::intrinsics::{Calibration, View};
+use crate::units::significant;
 use crate::world::LensModel;
 
 use super::html::escaped;
@@ -84,7 +85,8 @@ pub fn text(
             };
             writeln!(
                 text,
-                "{name:<width$}  {n} corners, rms {rms:.2} px, tilted {tilt:.0} deg{left_out}"
+                "{name:<width$}  {n} corners, rms {} px, tilted {tilt:.0} deg{left_out}",
+                small(rms)
             )
         } else {
             let why = picture.why_not().unwrap_or_default();
@@ -111,6 +113,11 @@ pub fn text(
         let _ = writeln!(text, "next: {advice}");
     }
     text
+}
+
+/// A number of px with two decimals, and of less than 0.1 px with two digits: boards that are drawn fit to 0.005 px.
+fn small(px: f64) -> String {
+    if px < 0.1 { significant(px, 2) } else { format!("{px:.2}") }
 }
 
 /// Words what is inside a camera, each number with its standard deviation, and how well it explains the corners.

@@ -328,7 +328,7 @@ pub enum NoCorners {
     #[error("the cube's corners were not measured on its contour {0}")]
     NotSeen(String),
     /// Not all corners are there.
-    #[error("{0} of the cube's 6 corners were found")]
+    #[error("{0} corners of the cube were found where 6 are seen")]
     Few(usize),
 }
 

@@ -229,6 +229,17 @@ fn a_camera_is_calibrated_from_parts_of_a_board() {
     assert!(fit.rms_px < 0.25, "{}", fit.rms_px);
 }
 
+/// `acircles:11x4` of a board of 4x11 was refused with "44 circles in a grid seen, the board has 44".
+#[test]
+fn columns_and_rows_that_are_exchanged_are_told() {
+    let board = |columns, rows| Target::Circles(Circles::new(columns, rows, 0.02, true).unwrap());
+    let printed = sheet(&board(4, 11));
+    let picture = taken(&printed, &camera(&printed, [0.2, 0.1, 0.1], 0.55), 2);
+    assert!(board(4, 11).find(&picture).is_ok());
+    let why = board(11, 4).find(&picture).unwrap_err();
+    assert_eq!(why, NotFound::Exchanged { columns: 4, rows: 11 }, "{why}");
+}
+
 #[test]
 fn what_is_not_the_board_is_said() {
     let plain = RgbImage::from_pixel(640, 480, Rgb([180; 3]));

@@ -73,17 +73,21 @@ impl Circles {
     ///
     /// # Errors
     ///
-    /// [`NotFound::Circles`].
+    /// [`NotFound::Circles`], and [`NotFound::Exchanged`] of the board with columns and rows exchanged.
     pub fn find(&self, image: &RgbImage) -> Result<Found, NotFound> {
         let grey = Plane::grey(image);
         let asked = self.columns * self.rows;
-        let mut most = 0;
+        let (mut most, mut is_exchanged) = (0, false);
+        let exchanged = Self { columns: self.rows, rows: self.columns, ..*self };
         for dark in thresholds(&grey) {
             let regions = Regions::of(&dark);
             let rough: Vec<Vector2<f64>> = regions.round.iter().map(|disc| disc.middle).collect();
             let grid = largest(&rough);
             most = most.max(grid.len());
-            let Some(order) = self.told_apart(&grid, &rough) else { continue };
+            let Some(order) = self.told_apart(&grid, &rough) else {
+                is_exchanged |= exchanged.told_apart(&grid, &rough).is_some();
+                continue;
+            };
             let measured = |&i: &usize| {
                 let disc = &regions.round[i];
                 regions.measured(&grey, disc).unwrap_or(*disc)
@@ -95,6 +99,9 @@ impl Circles {
                 (Point::new(p.x, p.y, 0.0), Pixel::new(q.x, q.y))
             };
             return Ok(points.iter().zip(&middles).map(pair).collect());
+        }
+        if is_exchanged {
+            return Err(NotFound::Exchanged { columns: self.rows, rows: self.columns });
         }
         Err(NotFound::Circles { seen: most, asked })
     }

@@ -79,6 +79,14 @@ pub enum NotFound {
         /// How many.
         points: usize,
     },
+    /// The circles of the board with columns and rows exchanged.
+    #[error("the circles are those of {columns}x{rows}, along a row and down")]
+    Exchanged {
+        /// Circles along a row.
+        columns: usize,
+        /// Rows.
+        rows: usize,
+    },
     /// Circles that are not those of the board.
     #[error("{seen} circles in a grid seen, the board has {asked}: all must be in the picture")]
     Circles {

@@ -223,7 +223,12 @@ pub(in crate::cli) fn look(
 
 /// Says that no picture shows the board, and what each shows.
 pub(in crate::cli) fn unseen(board: &Target, pictures: &[Picture]) -> Failure {
-    let each: Vec<String> = pictures.iter().map(Picture::to_string).collect();
+    let each = pictures.iter().map(Picture::to_string).collect::<Vec<_>>().join("; ");
+    // What all of them show is said once.
+    let of_all = pictures.first().and_then(Picture::why_not).filter(|why| {
+        pictures.len() > 1 && pictures.iter().all(|other| other.why_not().as_ref() == Some(why))
+    });
+    let each = of_all.map_or(each, |why| format!("{why}, in all {} pictures", pictures.len()));
     let (what, help) = match board {
         Target::Chessboard(Board { columns, rows, .. }) => (
             format!("a board of {columns}x{rows} inner corners"),
@@ -245,7 +250,7 @@ pub(in crate::cli) fn unseen(board: &Target, pictures: &[Picture]) -> Failure {
             "every circle must be in the picture, dark on bright; acircles has every second row shifted",
         ),
     };
-    let message = format!("no picture shows {what}: {}", each.join("; "));
+    let message = format!("no picture shows {what}: {each}");
     Failure::input("camera::board", message).help(help)
 }
 
