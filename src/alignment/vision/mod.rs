@@ -183,8 +183,8 @@ pub struct Sighting {
     pub likeliest: Option<ObjectPose>,
     /// Where it stood before, when it was not found and this picture does not show that it is gone from there.
     pub kept: Option<ObjectPose>,
-    /// One standard deviation of its position, m: of the worst direction on the table. Of what was not found it counts
-    /// that it may be elsewhere.
+    /// One standard deviation of its position, m: of the worst direction on the table, if that is where the scene and the camera
+    /// say. Of what was not found it counts that it may be elsewhere.
     pub std: f64,
     /// One standard deviation of its position if it stands there at all, m; what was found has no other.
     pub std_if_there: f64,
