@@ -5,6 +5,7 @@
 //! recording lacks are told apart by who knows the camera.
 
 use super::columns::Data;
+use super::estimate::Task;
 use super::fitting::{Bench, Fitted};
 use super::hypothesis::{Hypothesis, Question};
 use super::score::twice_log_ratio;
@@ -34,8 +35,11 @@ impl Question<'_> {
     fn pace(&self, own: &Fitted, shown: &Hypothesis) -> Option<f64> {
         let train = &shown.fitted.train;
         let sums = |log: f64| {
-            let found = at_pace(&self.bench, log.exp());
-            let found = found.task(&own.compiled).fit(&own.train.point, FOLLOWED).ok()?;
+            let paced = at_pace(&self.bench, log.exp());
+            // Rounding must not cut otherwise what is only stretched.
+            let windows = self.bench.task(&own.compiled).windows;
+            let task = Task { windows, ..paced.task(&own.compiled) };
+            let found = task.fit(&own.train.point, FOLLOWED).ok()?;
             found.residuals.iter().all(|left| !left.is_empty()).then_some(found.sums)
         };
         // What is left, by output in units of what the effect leaves.
@@ -95,9 +99,16 @@ mod tests {
 
     /// How else times would have to be for what was seen to be a free fall, where `text` explains it with one number.
     fn pace(text: &str, seen: fn(f64) -> f64) -> Option<f64> {
+        pace_without(text, 0, seen)
+    }
+
+    /// As [`pace`], with so many rows missing in the middle.
+    fn pace_without(text: &str, missing: u32, seen: fn(f64) -> f64) -> Option<f64> {
         let mut bench = unseen(60, 1e-3, |_| 0.0);
         for data in bench.train.iter_mut().chain(&mut bench.held) {
             data.inputs.clear();
+            let rows = (0..60).map(|row| if row < 30 { row } else { row + missing });
+            data.time = rows.map(|row| 0.1 * f64::from(row)).collect();
             let noise = (0..60).map(|row| 1e-3 * (37.0 * f64::from(row)).sin());
             let seen = data.time.iter().map(|t| seen(*t));
             data.outputs[0] = seen.zip(noise).map(|(value, noise)| value + noise).collect();
@@ -119,6 +130,15 @@ mod tests {
     #[test]
     fn a_scale_of_a_fall_may_be_a_clocks() {
         let found = pace(SCALED, |t| 1.0 + 1.6 * t - 4.905 * (0.8 * t).powi(2)).unwrap();
+        assert!((found - 0.8).abs() < 1e-3, "{found}");
+    }
+
+    /// A step of five usual ones is no gap and six are one; times stretched by a factor said otherwise by rounding, and a stretch
+    /// had no first values.
+    #[test]
+    fn a_clock_cuts_no_recording_otherwise() {
+        let falls = |t: f64| 1.0 + 1.6 * t - 4.905 * (0.8 * t).powi(2);
+        let found = pace_without(SCALED, 4, falls).unwrap();
         assert!((found - 0.8).abs() < 1e-3, "{found}");
     }
 

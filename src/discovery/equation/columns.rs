@@ -32,6 +32,8 @@ pub struct Data {
 
 /// A jump of time longer than this many usual steps is a gap.
 const GAP: f64 = 5.0;
+/// By this part a jump may be longer and no gap: times written with nine digits are as exact.
+const ROUNDING: f64 = 1e-6;
 
 impl Data {
     /// Takes the columns of a model's inputs and outputs out of a recording.
@@ -89,7 +91,7 @@ impl Data {
 
     /// The rows of each stretch without a gap in time.
     pub fn stretches(&self) -> Vec<Range<usize>> {
-        let limit = GAP * self.step;
+        let limit = GAP * self.step * (1.0 + ROUNDING);
         let mut out = Vec::new();
         let mut from = 0;
         for i in 1..self.n_rows() {
