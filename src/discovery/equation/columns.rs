@@ -251,8 +251,17 @@ fn curve(time: &[f64], values: &[f64], t: f64) -> (f64, f64) {
     (values[i] + h * (c * s + bend), c + bent)
 }
 
-/// Takes jumps of a whole turn out; returns how many.
+/// A wrapped angle stays inside one turn. A column that spans more turns than this has none to take out, and what jumps in it is
+/// fast, or lacks rows; what is over one turn leaves room for noise. Chosen.
+const ONE_TURN: f64 = 1.05;
+
+/// Takes jumps of a whole turn out of an angle that was wrapped; returns how many.
 fn unroll(values: &mut [f64]) -> usize {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if high - low > ONE_TURN * TAU {
+        return 0;
+    }
     let (mut turns, mut count) = (0.0, 0);
     let mut before = values.first().copied().unwrap_or(0.0);
     for value in values.iter_mut() {
@@ -282,4 +291,31 @@ pub fn rms(values: &[f64]) -> f64 {
 pub fn std(values: &[f64]) -> f64 {
     let mean = mean(values);
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len().max(1) as f64)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By how much the steps of a column differ from `step` once it is unrolled, at most, and how often it wrapped.
+    fn unrolled(mut values: Vec<f64>, step: f64) -> (f64, usize) {
+        let turns = unroll(&mut values);
+        let off = values.windows(2).map(|pair| (pair[1] - pair[0] - step).abs());
+        (off.fold(0.0, f64::max), turns)
+    }
+
+    #[test]
+    fn an_angle_that_wraps_is_unrolled() {
+        let wrapped = (0..60).map(|row| (0.3 * f64::from(row)).rem_euclid(TAU) - PI).collect();
+        let (off, turns) = unrolled(wrapped, 0.3);
+        assert!(turns == 2 && off < 1e-9, "{turns} times, {off}");
+    }
+
+    /// A motor at 250 rad/s was wound back by a turn wherever a row of 10 ms was missing.
+    #[test]
+    fn a_fast_angle_of_many_turns_is_left_as_it_is() {
+        let rows = (0..60).filter(|row| row % 7 != 3);
+        let (off, turns) = unrolled(rows.map(|row| 2.5 * f64::from(row)).collect(), 2.5);
+        assert!(turns == 0 && (off - 2.5).abs() < 1e-9, "{turns} times, {off}");
+    }
 }
