@@ -121,11 +121,7 @@ pub fn investigate(
     notes.extend(about_trade(&search.nominal.fitted));
     let of_inputs = notes.len();
     progress(wording::LOOKING, 0.95);
-    if !question.explains_most(&search) {
-        let tried = search.best.effects.iter().map(|e| (e.candidate.kind, e.candidate.at.as_str()));
-        notes.push(wording::leaves_most(tried));
-        search.forget();
-    }
+    notes.extend(question.take_back(&mut search));
     search.best = question.determined(search.best.clone(), &mut notes);
     let is_noise = question.is_noise(&search.best);
     let formula = if is_noise { None } else { question.unnamed(&mut search) };

@@ -84,7 +84,8 @@ impl Question<'_> {
         let beats = best.effects.is_empty()
             || beyond(&formula.held) < LEAST_PREDICTED * beyond(&best.held)
                 && self.gain(best, &formula, 1).evidence() > LEAST_EVIDENCE;
-        if beats && heldout >= LEAST_PREDICTED {
+        let falls = self.told(&formula).heldout < self.told(&search.nominal).heldout;
+        if beats && falls && heldout >= LEAST_PREDICTED {
             return Some(Formula::Predicts(Box::new(formula)));
         }
         (self.bench, search.nominal) = before;

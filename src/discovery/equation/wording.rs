@@ -100,6 +100,15 @@ pub(super) fn leaves_most<'e>(tried: impl Iterator<Item = (&'e str, &'e str)>) -
     )
 }
 
+/// Which names, with their places, take nothing of the gap where nothing was decided.
+pub(super) fn predicts_nothing<'e>(tried: impl Iterator<Item = (&'e str, &'e str)>) -> String {
+    let names: Vec<String> = tried.map(|(kind, at)| format!("{kind}({at})")).collect();
+    format!(
+        "{} would pay on the data that decide, and on the data held out that decide nothing the gap does not fall with it: not named",
+        names.join(" and ")
+    )
+}
+
 /// The range of a state or an input in the recordings.
 pub(super) struct Seen<'a> {
     pub(super) name: &'a str,
