@@ -225,6 +225,13 @@ impl Question<'_> {
         self.size(&h.held) > FAR_WORSE * self.size(&h.fitted.train) + IMPERFECTION
     }
 
+    /// Whether the data held out show hardly anything of what the fitted ones show to be missing: their gap beyond the noise is the
+    /// smaller one by so much that no effect could be seen to take a part of it.
+    pub fn is_unshown(&self, h: &Hypothesis) -> bool {
+        let (train, held) = (self.beyond(&h.fitted.train), self.beyond(&h.held));
+        train > IMPERFECTION && held < MATTERS * train
+    }
+
     /// Whether what is left looks like noise: as small as the noise is known to be, or white; or of another colour,
     /// if it is small beside the signal, not far above the noise, and follows nothing that the model has.
     pub fn is_noise(&self, h: &Hypothesis) -> bool {
@@ -299,4 +306,39 @@ pub fn with_values(patch: &Patch, at: &Fitted, keep: bool) -> Patch {
         })
         .collect();
     Patch { params, ..patch.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::edit::model_in;
+    use super::super::estimate::Point;
+    use super::super::made::bench;
+    use super::*;
+
+    const TEXT: &str = "model m {\n input u\n state x = 0\n x' = u - x\n output x = x\n}\n";
+
+    /// Whether the data held out do not show what is missing on those fitted: root mean squares in units of the signal, where noise
+    /// is 0.001.
+    fn is_unshown(train: f64, held: f64) -> bool {
+        let bench = bench(TEXT);
+        let compiled = bench.prepare(TEXT, "m").unwrap();
+        let point = Point { params: Vec::new(), starts: vec![vec![None]] };
+        let fit = bench.task(&compiled).judge(&point).unwrap();
+        let fitted = Fitted { text: TEXT.into(), compiled, train: fit };
+        let given = model_in(TEXT, "m").unwrap();
+        let (floors, refused, whole) = (vec![0.0], Vec::new(), [1.0; 2]);
+        let question = Question { bench, name: "m", given, floors, refused, whole };
+        let mut plain = question.judged(Vec::new(), fitted, None).unwrap();
+        plain.fitted.train.sums = vec![(60.0 * train * train, 60)];
+        plain.held.sums = vec![(40.0 * held * held, 40)];
+        question.is_unshown(&plain)
+    }
+
+    /// A second held out of a flight, in which nothing moved fast, was called a gap of 0.672 % where noise is 0.672 %.
+    #[test]
+    fn what_is_held_out_may_show_nothing_of_a_gap() {
+        assert!(is_unshown(0.4, 1e-3));
+        assert!(!is_unshown(0.4, 0.2));
+        assert!(!is_unshown(1e-3, 1e-3), "nothing is missing");
+    }
 }

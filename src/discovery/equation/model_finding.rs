@@ -53,10 +53,7 @@ impl Report<'_> {
         };
         let (text, model) = self.change(verdict, shown);
         let (next_experiment, experiment) = self.next(verdict, &effects);
-        let mut reason = wording::reason(verdict, &gap, &effects);
-        if let Some(Formula::Refused { train, heldout }) = formula {
-            reason.push_str(&wording::refused(train, heldout, LEAST_PREDICTED));
-        }
+        let reason = self.reason(verdict, &gap, &effects, formula.as_ref());
         if verdict == Verdict::Unknown && !effects.is_empty() {
             self.notes.push(wording::validity(&seen(self.question, shown)));
         }
@@ -127,6 +124,25 @@ impl Report<'_> {
             }
         }
         found
+    }
+
+    /// The verdict's reason, with what a formula would have explained.
+    fn reason(
+        &self,
+        verdict: Verdict,
+        gap: &Gap,
+        effects: &[Effect],
+        formula: Option<&Formula>,
+    ) -> String {
+        let nominal = &self.search.nominal;
+        if verdict == Verdict::Unknown && effects.is_empty() && self.question.is_unshown(nominal) {
+            return wording::not_shown(gap);
+        }
+        let mut reason = wording::reason(verdict, gap, effects);
+        if let Some(Formula::Refused { train, heldout }) = formula {
+            reason.push_str(&wording::refused(*train, *heldout, LEAST_PREDICTED));
+        }
+        reason
     }
 
     fn verdict(&self, shown: &Hypothesis) -> Verdict {

@@ -66,6 +66,18 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
     }
 }
 
+/// The reason where the data held out do not show what is missing on those fitted.
+pub(super) fn not_shown(gap: &Gap) -> String {
+    format!(
+        "the model misses {} of the signal on the data fitted and {} on the data held out, where noise is {}: what is held out is too \
+         short, or too still, to show what is missing, and nothing is named that it does not show; hold out more, with a larger \
+         `--holdout` or a second recording of a motion like those fitted",
+        percent(gap.before.train),
+        percent(gap.before.heldout),
+        percent(gap.noise_floor)
+    )
+}
+
 /// Why a formula is not given: the parts of the gap that it explains, and what was asked for.
 pub(super) fn refused(train: f64, heldout: f64, least: f64) -> String {
     let [train, heldout] = [train, heldout].map(|part| percent(part.max(0.0)));
