@@ -246,8 +246,7 @@ impl Bench {
         let Some(found) = found.filter(|e| e.residuals.iter().all(|r| !r.is_empty())) else {
             return false;
         };
-        let limit = self.followed();
-        if found.rms().iter().zip(&self.scales).any(|(r, s)| *r > limit * s) {
+        if found.rms().iter().zip(self.followed()).any(|(rms, limit)| *rms > limit) {
             return false;
         }
         self.rows = rows;
@@ -255,12 +254,18 @@ impl Bench {
         true
     }
 
-    /// The part of the signal's spread within which a model must follow for its stretches to grow. With nothing
-    /// from outside all that it carries on is its own, and what it lacks is seen the better the longer it runs:
-    /// it must only not lose its way.
-    pub fn followed(&self) -> f64 {
+    /// How near, in each output's unit, a model must follow for its stretches to grow: by a part of the signal's spread, or where
+    /// noise is larger than that, not clearly above the noise, which no model follows. With nothing from outside all that it carries
+    /// on is its own, and what it lacks is seen the better the longer it runs: it must only not lose its way.
+    pub fn followed(&self) -> Vec<f64> {
         let is_free = self.train.iter().all(|d| d.inputs.is_empty());
-        if is_free { ASTRAY } else { CLOSE }
+        let limit = |(o, scale): (usize, &f64)| {
+            let noise = self.train.iter().map(|d| d.noise[o]).fold(0.0, f64::max);
+            let close = CLOSE * scale;
+            let most = ASTRAY * scale;
+            if is_free { most } else { close.max(CLEARLY * noise - close).min(most) }
+        };
+        self.scales.iter().enumerate().map(limit).collect()
     }
 
     /// A point for these windows from one for the windows of `before`: each begins where the nearest began.
@@ -329,6 +334,9 @@ pub(super) const FEWEST: usize = 5;
 
 /// A model that misses less than this part of the signal's spread follows it closely.
 pub const CLOSE: f64 = 0.01;
+/// Where noise is larger than what counts as close, a model that misses twice the noise, less what is close, misses clearly more
+/// than noise; where the two are equal this is what is close. Chosen.
+const CLEARLY: f64 = 2.0;
 /// One that misses more than this part has lost its way: in a swing it is a quarter of a turn off.
 const ASTRAY: f64 = 0.5;
 

@@ -208,7 +208,8 @@ impl Question<'_> {
         }
     }
 
-    fn over_outputs(&self, of: &[f64]) -> f64 {
+    /// Root mean square over outputs of sizes in their units, in units of the scales.
+    pub(super) fn over_outputs(&self, of: &[f64]) -> f64 {
         let sum: f64 = of.iter().zip(&self.bench.scales).map(|(r, s)| (r / s).powi(2)).sum();
         (sum / self.bench.scales.len().max(1) as f64).sqrt()
     }

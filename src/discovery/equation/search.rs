@@ -180,7 +180,8 @@ impl Question<'_> {
         let before = self.bench.clone();
         let mut fitted = best.fitted.clone();
         // What goes astray on held-out data already would judge nothing over longer ones.
-        if self.size(&best.held) > self.bench.followed() || !self.bench.lengthen(&mut fitted) {
+        let followed = self.over_outputs(&self.bench.followed());
+        if self.size(&best.held) > followed || !self.bench.lengthen(&mut fitted) {
             return false;
         }
         let longer = |this: &Self| -> Option<(Hypothesis, Hypothesis)> {

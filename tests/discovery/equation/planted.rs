@@ -221,3 +221,28 @@ fn a_model_that_blows_up_and_one_with_mistakes_are_errors() {
     assert!(error.what.contains("no column `z`"), "{error:?}");
     assert!(matches!(ask("scene s { }", &recordings), Err(Error::NoModel { .. })));
 }
+
+/// Noise above a hundredth of the signal kept an integrating model in stretches of a tenth of the recording, each from a first value
+/// of its own, and those took away what an offset gathers.
+#[test]
+fn what_gathers_over_a_whole_recording_is_seen_through_its_noise() {
+    let model = "model m {\n input u\n state x = free\n x' = 0.5*u\n output y = x\n}\n";
+    let made = |seed: u32| {
+        record(
+            400,
+            0.1,
+            seed,
+            0.017,
+            &[0.0],
+            |_, u, _| vec![0.5 * (u + 0.0025)],
+            |_, x| x[0],
+            |t| wiggle(t, f64::from(seed)),
+        )
+    };
+    let outcome = ask(model, &[made(1), made(2)]).unwrap();
+    assert_eq!(outcome.finding.verdict, Verdict::Named, "{:#?}", outcome.finding);
+    let found = value(&outcome, "input_offset", "u", "value");
+    assert!((found - 0.0025).abs() < 8e-4, "{found}");
+    let in_segments = outcome.finding.notes.iter().find(|note| note.contains("segments"));
+    assert_eq!(in_segments, None, "the whole recordings are followed");
+}
