@@ -10,6 +10,7 @@ use super::estimate::{Estimate, Point, Task};
 use super::score::whiteness;
 use super::simulate::{Hold, Scheme, site_sizes};
 use super::windows::{Window, windows};
+use crate::discovery::finding::TIE;
 
 /// Recordings and how models are run on them.
 #[derive(Debug, Clone)]
@@ -280,6 +281,11 @@ impl Bench {
         Point { params: point.params.clone(), starts }
     }
 
+    /// Whether several rows of the recordings as they were taken are one.
+    pub(super) fn is_averaged(&self) -> bool {
+        self.train.first().is_some_and(|d| d.step > 1.5 * self.row)
+    }
+
     /// What inputs do between rows, and by which part of a row they are late: how the recording was taken is
     /// no property of the machine, so it is settled before anything is named.
     fn settle_inputs(&mut self, fitted: &mut Fitted) {
@@ -295,7 +301,7 @@ impl Bench {
             Some((cost, scheme, found))
         };
         // Rows that are averages have no steps left to hold.
-        let averaged = self.train.first().is_some_and(|d| d.step > 1.5 * self.row);
+        let averaged = self.is_averaged();
         let kinds = [Hold::Zero, Hold::Line, Hold::Curve];
         let held = kinds.into_iter().filter(|hold| !averaged || *hold != Hold::Zero);
         let effective = |e: &Estimate| -> f64 {
@@ -315,7 +321,8 @@ impl Bench {
         });
         // In the order of how common they are: another must fit visibly better.
         let visibly = |a: (f64, Scheme, Estimate), b: (f64, Scheme, Estimate)| {
-            if b.0 < a.0 * (1.0 - 2e-3) { b } else { a }
+            let rows = b.2.sums.iter().map(|(_, n)| *n as f64).sum();
+            if is_visible((a.0, a.1), (b.0, b.1), rows) { b } else { a }
         };
         let Some(best) = kinds.reduce(visibly) else { return };
         self.scheme = best.1;
@@ -340,8 +347,18 @@ const CLEARLY: f64 = 2.0;
 /// One that misses more than this part has lost its way: in a swing it is a quarter of a turn off.
 const ASTRAY: f64 = 0.5;
 
+/// Another way from row to row leaves less by this part of its squares, at least, and by more than a tie.
+const VISIBLY: f64 = 2e-3;
 /// Least evidence for a shift of the inputs within a row.
 const SHIFT_EVIDENCE: f64 = 12.0;
+
+/// Whether inputs that go from row to row as `there` says leave visibly less, in squares over so many rows, than as `here` says: by
+/// more than chance may make of them, the evidence that a shift asks for counted with it.
+fn is_visible(here: (f64, Scheme), there: (f64, Scheme), rows: f64) -> bool {
+    let price = |scheme: Scheme| if scheme.shift.abs() > 0.0 { SHIFT_EVIDENCE } else { 0.0 };
+    let evidence = rows * (here.0 / there.0.max(1e-300)).ln() + price(here.1) - price(there.1);
+    evidence > TIE.max(VISIBLY * rows)
+}
 
 /// Halves the step until it no longer matters.
 pub fn settle_steps(bench: &mut Bench, fitted: &mut Fitted) {
@@ -373,5 +390,23 @@ pub fn settle_steps(bench: &mut Bench, fitted: &mut Fitted) {
         if let Ok(train) = bench.task(&fitted.compiled).fit(&fitted.train.point, 20) {
             fitted.train = train;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of inputs that were held "straight lines, which fits best" was said where both left as much.
+    #[test]
+    fn lines_between_rows_must_fit_better_than_chance_may() {
+        let held = Scheme { hold: Hold::Zero, substeps: 1, shift: 0.0 };
+        let lines = Scheme { hold: Hold::Line, ..held };
+        assert!(!is_visible((766.0, held), (763.0, lines), 800.0));
+        assert!(is_visible((888.0, held), (860.0, lines), 800.0));
+        // Held ones that act half a row early are as good as lines, and less usual.
+        let early = Scheme { shift: -0.05, ..held };
+        assert!(is_visible((763.0, early), (763.0, lines), 800.0));
+        assert!(!is_visible((1e-3, held), (0.9985e-3, lines), 1e6));
     }
 }

@@ -131,7 +131,8 @@ pub fn investigate(
     } else {
         Vec::new()
     };
-    let is_open = !search.best.effects.is_empty() && question.doubt_between(&mut search.best);
+    let is_told = is_noise || !search.best.effects.is_empty();
+    let is_open = is_told && question.doubt_between(&mut search.best);
     let about = about_inputs(&question.bench, &search.best.fitted.compiled, is_open);
     if let Some(note) = about {
         notes.insert(of_inputs, note);

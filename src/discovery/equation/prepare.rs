@@ -13,7 +13,7 @@ use super::simulate::{Hold, Scheme};
 use super::wording;
 
 /// What was assumed of the inputs, in words: what is usual is told where an input acts late beside it, or where `is_open` says that
-/// straight lines between rows fit as well.
+/// held inputs and straight lines between rows fit as well.
 pub(super) fn about_inputs(bench: &Bench, model: &Compiled, is_open: bool) -> Option<String> {
     if model.inputs.is_empty() || model.states.is_empty() {
         return None;

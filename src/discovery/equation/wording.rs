@@ -291,11 +291,12 @@ pub(super) fn found(title: &str, std: f64) -> String {
     format!("{title}, found by gap: {sure}")
 }
 
-/// What inputs did between rows, by how many seconds they act later than written, if they do, and half a row, s, where they are held
-/// and straight lines fit as well.
+/// What inputs did between rows, by how many seconds they act later than written, if they do, and half a row, s, where
+/// straight lines fit as well as held inputs.
 pub(super) fn inputs_between(hold: Hold, later: Option<f64>, open: Option<f64>) -> String {
     let mut text = match hold {
         Hold::Zero if open.is_some() => "inputs are held between rows",
+        Hold::Line if open.is_some() => "inputs follow straight lines between rows",
         Hold::Zero => "inputs are held between rows, which fits best",
         Hold::Line => "inputs follow straight lines between rows, which fits best",
         Hold::Curve => "inputs follow smooth curves between rows, which fits best",
@@ -311,10 +312,14 @@ pub(super) fn inputs_between(hold: Hold, later: Option<f64>, open: Option<f64>) 
     }
     if let Some(half) = open {
         let half = significant(half, 2);
+        let (other, longer) = match hold {
+            Hold::Zero => ("straight lines between them", "longer"),
+            Hold::Line | Hold::Curve => ("held ones", "shorter"),
+        };
         let _ = write!(
             text,
-            "; straight lines between them fit as well: a delay would be half a row ({half} s) longer, which is in its +-, as in that of \
-             every number that this changes"
+            "; {other} fit as well: a delay would be half a row ({half} s) {longer}, which is in its +-, as in that of every number that \
+             this changes"
         );
     }
     text
