@@ -212,7 +212,7 @@ pub(super) fn interpolate(time: &[f64], values: &[f64], t: f64) -> (f64, f64) {
 }
 
 /// The row before a time that lies between the first row and the last.
-fn place(time: &[f64], t: f64) -> usize {
+pub(super) fn place(time: &[f64], t: f64) -> usize {
     let n = time.len();
     // Rows are nearly even, so the place is nearly known.
     let guess = ((t - time[0]) / (time[n - 1] - time[0]) * (n - 1) as f64) as usize;

@@ -12,6 +12,7 @@ mod registers;
 pub mod compile;
 pub mod integrate;
 pub mod columns;
+mod delayed;
 pub mod simulate;
 pub mod windows;
 pub mod estimate;

@@ -55,6 +55,8 @@ struct Between<'a, N> {
     row: usize,
     /// The row whose value a held input has.
     held: usize,
+    /// Where the step begins that is taken, and its length, s; 0 before the first.
+    step: (f64, f64),
     scheme: Scheme,
 }
 
@@ -78,13 +80,13 @@ impl<N: Number> Between<'_, N> {
         }
         for &(reg, input, by) in &model.delays {
             let by = self.frame[usize::from(by)];
-            // A held input lags half a row behind the line through its rows.
-            let held = match hold {
-                Hold::Zero => 0.5 * (data.time[(row + 1).min(data.n_rows() - 1)] - data.time[row]),
-                _ => 0.0,
+            let (late, (from, h)) = (by.value(), self.step);
+            let is_middle = h > 0.0 && (t - from - 0.5 * h).abs() < 0.25 * h;
+            let (value, slope) = match hold {
+                Hold::Zero if is_middle => data.held_amid(input, (from - late, h)),
+                Hold::Zero => data.held_about(input, t - late),
+                Hold::Line | Hold::Curve => data.input_at(input, t - late, hold == Hold::Curve),
             };
-            let at = t - held - by.value();
-            let (value, slope) = data.input_at(input, at, hold == Hold::Curve);
             self.frame[usize::from(reg)] = by.chain(value, -slope);
         }
         self.frame[usize::from(model.time_reg)] = N::constant(t);
@@ -204,6 +206,7 @@ pub(super) fn said_at(
         frame: &mut frame,
         row: rows.start,
         held: rows.start,
+        step: (0.0, 0.0),
         scheme,
     };
     for (i, row) in rows.enumerate() {
@@ -251,8 +254,15 @@ pub fn simulate<N: Number>(
         })
         .collect();
     let mut work = Work::new(x.len());
-    let mut f =
-        Between { model, data, frame: &mut frame, row: rows.start, held: rows.start, scheme };
+    let mut f = Between {
+        model,
+        data,
+        frame: &mut frame,
+        row: rows.start,
+        held: rows.start,
+        step: (0.0, 0.0),
+        scheme,
+    };
     let mut turns = Turns::of(model);
     for row in rows.clone() {
         let t = data.time[row];
@@ -283,6 +293,7 @@ pub fn simulate<N: Number>(
                 let part = h / parts as f64;
                 for j in 0..parts {
                     let (from, begun) = (at + j as f64 * part, begun && j == 0);
+                    f.step = (from, part);
                     rk4(&mut f, (from, part), begun, &mut x, &mut work);
                 }
             }
