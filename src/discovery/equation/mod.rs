@@ -29,6 +29,7 @@ mod stretches;
 mod anchor;
 pub mod search;
 mod conclude;
+mod late;
 pub mod rivals;
 mod steady;
 mod linear;

@@ -129,10 +129,15 @@ impl Question<'_> {
                 if hypothesis.is_degenerate(other) {
                     return None;
                 }
-                let its = self.gain_among(&without, &hypothesis, 1, &best.whites);
+                let known = self.past_known(&without, (best, &own), (&hypothesis, other));
+                let compared = known
+                    .as_ref()
+                    .map_or([&without, best, &hypothesis], <[Hypothesis; 3]>::each_ref);
+                let [poor, mine, theirs] = compared;
+                let [gain, its] = [mine, theirs].map(|h| self.gain_among(poor, h, 1, &best.whites));
                 let (delta_bic, delta_held) = (gain.bic - its.bic, gain.held - its.held);
                 let size = |h: &Hypothesis| self.size(&h.held);
-                let held_worse = size(&hypothesis) / size(best).max(1e-300) - 1.0;
+                let held_worse = size(theirs) / size(mine).max(1e-300) - 1.0;
                 let n_params = |h: &Hypothesis| h.fitted.compiled.params.len();
                 let more = n_params(&hypothesis).cast_signed() - n_params(best).cast_signed();
                 let candidate = other.candidate.clone();

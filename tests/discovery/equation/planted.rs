@@ -246,3 +246,26 @@ fn what_gathers_over_a_whole_recording_is_seen_through_its_noise() {
     let in_segments = outcome.finding.notes.iter().find(|note| note.contains("segments"));
     assert_eq!(in_segments, None, "the whole recordings are followed");
 }
+
+/// Of an input that came late to what only gathers it, the sensor was called late, in no doubt: what the input had been before the
+/// first row was guessed, and the guess was wrong.
+#[test]
+fn a_late_input_of_what_only_gathers_may_be_a_late_sensor() {
+    let model = "model m {\n input u\n param gain = free ~ 5\n state z = free, v = free\n z' = v\n v' = gain*u\n output y = z\n}\n";
+    let made = |seed: u32| {
+        // Another value in every row, and 0.6 before the first.
+        let input = move |t: f64| {
+            let row = (t / 0.05 + 1e-6).floor();
+            let drawn = (row * 12.9898 + f64::from(seed) * 78.233).sin() * 437.585;
+            if row < 0.0 { 0.6 } else { 2.0 * (drawn - drawn.floor()) - 1.0 }
+        };
+        let rates = move |t: f64, _: f64, x: &[f64]| vec![x[1], 6.0 * input(t - 0.1)];
+        record(400, 0.05, seed, 0.01, &[0.0, 0.0], rates, |_, x| x[0], input)
+    };
+    let outcome = ask(model, &[made(1), made(2)]).unwrap();
+    assert_eq!(outcome.finding.verdict, Verdict::Ambiguous, "{:#?}", outcome.finding);
+    for (effect, at) in [("input_delay", "u"), ("sensor_delay", "y")] {
+        let delay = value(&outcome, effect, at, "delay");
+        assert!((delay - 0.1).abs() < 0.02, "{effect}: {delay} s");
+    }
+}
