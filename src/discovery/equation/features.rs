@@ -5,6 +5,9 @@ use crate::units::Dimension;
 
 use super::candidates::{Ground, Range};
 
+/// The word that is always the same.
+pub(super) const CONSTANT: &str = "1";
+
 /// One word of a formula.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Feature {
@@ -35,7 +38,7 @@ pub(super) fn features(ground: &Ground) -> Vec<Feature> {
         Variable { name: name.clone(), dimension: *dimension, range: *range }
     });
     let variables: Vec<Variable> = states.chain(inputs).filter(|v| v.range.span() > 0.0).collect();
-    let mut out = vec![plain("1", Some(Dimension::NONE)), plain("t", Some(Dimension::TIME))];
+    let mut out = vec![plain(CONSTANT, Some(Dimension::NONE)), plain("t", Some(Dimension::TIME))];
     for v in &variables {
         alone(v, &mut out);
     }

@@ -35,6 +35,7 @@ mod steady;
 mod linear;
 mod features;
 pub mod unknown;
+mod in_one_word;
 mod power;
 mod profile;
 mod between;

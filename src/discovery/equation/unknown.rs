@@ -16,7 +16,8 @@ use rayon::prelude::*;
 use super::candidates::{Candidate, Ground};
 use super::edit::{NewParam, Patch, apply, fresh, model_in};
 use super::estimate::Estimate;
-use super::features::{Feature, features};
+use super::features::{CONSTANT, Feature, features};
+use super::fitting::Fitted;
 use super::hypothesis::{Chosen, Hypothesis, LEAST_EVIDENCE, Question, with_values};
 use super::linear::Regression;
 use super::search::{Search, Tried};
@@ -28,7 +29,9 @@ pub const UNKNOWN: &str = "unknown";
 /// Most words of a formula: more would be a description, not a law.
 const MOST_WORDS: usize = 3;
 /// How many words are fitted in full at each place.
-const SHORTLIST: usize = 4;
+pub(super) const SHORTLIST: usize = 4;
+/// Iterations of a fit in full.
+pub(super) const FULLY: usize = 40;
 /// How many places are tried in full for the first word.
 const BREADTH: usize = 6;
 /// Words whose derivatives are taken in one go.
@@ -56,8 +59,8 @@ pub enum Formula {
 
 /// Where a formula may stand.
 #[derive(Debug, Clone, PartialEq)]
-struct Place {
-    name: String,
+pub(super) struct Place {
+    pub(super) name: String,
     is_state: bool,
     dimension: Option<Dimension>,
 }
@@ -101,7 +104,7 @@ impl Question<'_> {
             let better = again.filter(|again| self.size(&again.held) < self.size(&formula.held));
             formula = better.unwrap_or(formula);
         }
-        Some(self.shortened(nominal, formula))
+        Some(self.in_one_word(nominal, self.shortened(nominal, formula)))
     }
 
     /// The best formula on top of a hypothesis, each word an effect called `unknown`; `None` when no word
@@ -244,48 +247,9 @@ impl Question<'_> {
         let tried: Vec<Option<Tried>> = words
             .par_iter()
             .map(|(_, at, word)| {
-                let model = model_in(&base.fitted.text, self.name)?;
-                let place = places.get(*at)?;
-                let name = fresh(&model, &format!("{}_unknown", place.name));
-                let shape_name = fresh(&model, &format!("{}_unknown_shape", place.name));
-                let dimension =
-                    place.dimension.zip(word.dimension).map(|(place, word)| place / word);
-                let mut params = vec![amount(name.clone(), dimension)];
-                if let Some((dimension, range, value)) = word.shape {
-                    params.push(NewParam {
-                        role: "shape",
-                        name: shape_name.clone(),
-                        dimension,
-                        range: Some(range),
-                        neutral: None,
-                        value,
-                        std: None,
-                    });
-                }
-                let term = format!("+ {name}*{}", word.text.replace("{}", &shape_name));
-                let prime = if place.is_state { "'" } else { "" };
-                let equation = format!("{}{prime} += {}", place.name, &term[2..]);
-                let patch = Patch {
-                    title: format!("{UNKNOWN}({})", place.name),
-                    params,
-                    ..placed(place, term)
-                };
-                let text = apply(&base.fitted.text, self.name, &patch)?;
-                let fitted = self.bench.fit(&text, self.name, &base.fitted, 40)?;
-                let candidate = Candidate {
-                    kind: UNKNOWN,
-                    at: place.name.clone(),
-                    patches: Vec::new(),
-                    equation,
-                    within: &[],
-                };
-                let mut effects = base.effects.clone();
-                effects.push(Chosen { candidate, patch });
-                let rich = self.judged(effects, fitted, Some(base))?;
-                let last = rich.effects.last()?;
-                if rich.is_degenerate(last) || self.is_idle(&rich, last) {
-                    return None;
-                }
+                let (text, chosen) = self.written(base, places.get(*at)?, word)?;
+                let fitted = self.bench.fit(&text, self.name, &base.fitted, FULLY)?;
+                let rich = self.worded(base, chosen, fitted)?;
                 let gain = self.gain(base, &rich, n_tried);
                 Some((rich, gain))
             })
@@ -293,6 +257,57 @@ impl Question<'_> {
         let mut tried: Vec<Tried> = tried.into_iter().flatten().collect();
         tried.sort_by(|a, b| b.1.evidence().total_cmp(&a.1.evidence()));
         tried
+    }
+
+    /// The text of a hypothesis with one more word at a place, and the word as an effect.
+    pub(super) fn written(
+        &self,
+        base: &Hypothesis,
+        place: &Place,
+        word: &Feature,
+    ) -> Option<(String, Chosen)> {
+        let model = model_in(&base.fitted.text, self.name)?;
+        let name = fresh(&model, &format!("{}_unknown", place.name));
+        let shape_name = fresh(&model, &format!("{}_unknown_shape", place.name));
+        let dimension = place.dimension.zip(word.dimension).map(|(place, word)| place / word);
+        let mut params = vec![amount(name.clone(), dimension)];
+        if let Some((dimension, range, value)) = word.shape {
+            params.push(NewParam {
+                role: "shape",
+                name: shape_name.clone(),
+                dimension,
+                range: Some(range),
+                neutral: None,
+                value,
+                std: None,
+            });
+        }
+        let term = match word.text.as_str() {
+            CONSTANT => name,
+            text => format!("{name}*{}", text.replace("{}", &shape_name)),
+        };
+        let prime = if place.is_state { "'" } else { "" };
+        let equation = format!("{}{prime} += {term}", place.name);
+        let title = format!("{UNKNOWN}({})", place.name);
+        let patch = Patch { title, params, ..placed(place, format!("+ {term}")) };
+        let text = apply(&base.fitted.text, self.name, &patch)?;
+        let (at, patches) = (place.name.clone(), Vec::new());
+        let candidate = Candidate { kind: UNKNOWN, at, patches, equation, within: &[] };
+        Some((text, Chosen { candidate, patch }))
+    }
+
+    /// A hypothesis with one more word, as it was fitted; `None` where the word says nothing.
+    pub(super) fn worded(
+        &self,
+        base: &Hypothesis,
+        word: Chosen,
+        fitted: Fitted,
+    ) -> Option<Hypothesis> {
+        let mut effects = base.effects.clone();
+        effects.push(word);
+        let rich = self.judged(effects, fitted, Some(base))?;
+        let last = rich.effects.last()?;
+        (!rich.is_degenerate(last) && !self.is_idle(&rich, last)).then_some(rich)
     }
 }
 
@@ -349,7 +364,7 @@ fn placed(place: &Place, term: String) -> Patch {
 }
 
 /// Rates that are more than the name of another state, and outputs.
-fn places(ground: &Ground) -> Vec<Place> {
+pub(super) fn places(ground: &Ground) -> Vec<Place> {
     let model = ground.compiled;
     let rates = model.states.iter().zip(&model.rates).filter_map(|(state, rate)| {
         let defined = model.state_regs.contains(rate);
@@ -370,7 +385,6 @@ fn places(ground: &Ground) -> Vec<Place> {
 #[cfg(test)]
 mod tests {
     use super::super::estimate::Point;
-    use super::super::fitting::Fitted;
     use super::super::made::bench;
     use super::*;
 
