@@ -348,7 +348,7 @@ fn visible<G: Worded>(gap: &G, outcome: &Outcome<G::Term>, options: &Options) ->
     let own = &outcome.nothing.parameters;
     let Some(base) = gap.residuals(Set::Train, &[], own) else { return Vec::new() };
     let count = base.len() as f64;
-    let mut found = Vec::new();
+    let mut found: Vec<Visible> = Vec::new();
     for candidate in gap.candidates(&[], &base, None) {
         let specs = gap.specs(&candidate.term);
         // A threshold that nothing reached has no size that would have been seen.
@@ -368,13 +368,22 @@ fn visible<G: Worded>(gap: &G, outcome: &Outcome<G::Term>, options: &Options) ->
         let strength = sum_of_squares(&change).sqrt() / specs[0].scale;
         if strength * specs[0].scale > BLIND {
             let needed = options.least_gain + specs.len() as f64 * count.ln();
-            found.push(Visible {
+            let visible = Visible {
                 name: gap.name(&candidate.term).into(),
                 at: gap.site(&candidate.term),
                 parameter: specs[0].name.into(),
                 least: (needed.sqrt() / strength).max(specs[0].least),
                 unit: specs[0].unit.into(),
-            });
+            };
+            // What is tried with more or fewer numbers free is seen by the form that asks least.
+            let is_same = |told: &&mut Visible| {
+                (&told.name, &told.at, &told.parameter)
+                    == (&visible.name, &visible.at, &visible.parameter)
+            };
+            match found.iter_mut().find(is_same) {
+                Some(told) => told.least = told.least.min(visible.least),
+                None => found.push(visible),
+            }
         }
     }
     found

@@ -196,7 +196,7 @@ impl Geometry {
                     name: "link_length".into(),
                     at: at.clone(),
                     parameter: parameter.into(),
-                    file: place[axis],
+                    file: filed(place[axis]),
                     value: place[axis] + by,
                     std,
                     unit: "m".into(),
@@ -231,7 +231,7 @@ impl Geometry {
                 name: "tool_offset".into(),
                 at: "tool".into(),
                 parameter: parameter.into(),
-                file: tool[axis],
+                file: filed(tool[axis]),
                 value: tool[axis] + by,
                 std,
                 unit: "m".into(),
@@ -239,6 +239,14 @@ impl Geometry {
         }
         found
     }
+}
+
+/// A length of a file below this, m, is 0, as it is left by turns along the file's frames.
+const ROUNDING: f64 = 1e-12;
+
+/// A length as a file has it, m.
+fn filed(length: f64) -> f64 {
+    if length.abs() < ROUNDING { 0.0 } else { length }
 }
 
 /// Readings beyond those that explain them, so that what is left says something of the noise.

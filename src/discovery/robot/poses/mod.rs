@@ -2,8 +2,8 @@
 //! derived from one to the next, and what is held out is drawn among them.
 //!
 //! [`investigate`] looks for one effect or a few that have names (`gap`). Where all numbers of the geometry together
-//! (`geometry`) predict the poses held out clearly better than those, the numbers are told instead, and what is missing is
-//! looked for beside them.
+//! (`geometry`) predict the poses held out clearly better than those, and those leave more than noise, the numbers are told
+//! instead, and what is missing is looked for beside them.
 
 mod at_rest;
 mod gap;
@@ -26,7 +26,9 @@ use super::wording;
 use crate::discovery::Investigation;
 use crate::discovery::finding::Verdict;
 use crate::discovery::recording::{Error, Recording};
-use crate::discovery::selection::{self, Options, Outcome, Residuals as _, Set, sum_of_squares};
+use crate::discovery::selection::{
+    self, Hypothesis, Options, Outcome, Residuals as _, Set, sum_of_squares,
+};
 use crate::discovery::why::whys;
 use crate::discovery::wording::{Worded as _, answer};
 use crate::language::ast::EffectItem;
@@ -37,6 +39,9 @@ use geometry::{Geometry, Seen};
 
 /// More effects than this that have names are no list that a person could check against a table of the geometry.
 const FEW: usize = 4;
+
+/// What names leave is as noise up to this many standard deviations of χ² above it. Chosen: the usual one in twenty.
+const AS_NOISE: f64 = 2.0;
 
 /// A tracker's frame that is turned (rad) or shifted (m) by more than this is not the base's.
 const ELSEWHERE: f64 = 0.2;
@@ -88,7 +93,8 @@ pub(in super::super) fn investigate(
         let off = geometry.off(&filed.arm.chain);
         let left = with.residuals(Set::Heldout, &[], &[]);
         let left = left.map_or(f64::INFINITY, |residuals| sum_of_squares(&residuals));
-        if !off.is_empty() && left < BETTER * outcome.best.heldout {
+        let is_better = left < BETTER * outcome.best.heldout;
+        if !off.is_empty() && is_better && !suffices(&gap, &outcome.best) {
             outcome = searched(&with, &options, &place, progress)?;
             revision = Some(geometry.revision(&filed.arm.chain, &tip));
             (gap, identified) = (with, off);
@@ -109,6 +115,14 @@ pub(in super::super) fn investigate(
         }
     }
     Ok(Investigation { finding, traces, whys, experiment: None, revision })
+}
+
+/// Whether what has a name leaves nothing but noise, on the poses fitted and held out: then all numbers of the geometry, which by
+/// chance may leave less of a few poses, say no more than the name.
+fn suffices(gap: &AtPoses, best: &Hypothesis<Term>) -> bool {
+    let sets = [(Set::Train, best.train), (Set::Heldout, best.heldout)];
+    let is_noise = |(set, sum)| gap.above(sum, gap.count(set)) < AS_NOISE;
+    !best.terms.is_empty() && sets.into_iter().all(is_noise)
 }
 
 /// Searches for effects among the poses of a recording.
