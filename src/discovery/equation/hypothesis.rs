@@ -353,7 +353,7 @@ mod tests {
     /// Of a hum of amplitude 0.25 and phase 1.0 half of the recordings told -0.249 and 4.147.
     #[test]
     fn a_wave_is_told_with_a_positive_amplitude() {
-        let number = |role, value| NewParam {
+        let number = |role: &'static str, value: f64| NewParam {
             role,
             name: role.into(),
             dimension: None,
