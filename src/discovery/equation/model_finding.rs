@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::language::ast::ModelUnit;
 use crate::units::{Dimension, significant};
 
 use super::super::finding::{
@@ -60,10 +61,10 @@ impl Report<'_> {
         if let Some(factor) = self.question.clock(&self.search.nominal, shown) {
             self.notes.push(wording::another_clock(factor));
         }
-        let (open, fitted): (Vec<FittedParam>, Vec<FittedParam>) =
-            fitted(shown, &self.search.nominal)
-                .into_iter()
-                .partition(|param| self.undetermined.iter().any(|name| name == param.name));
+        let (open, fitted): (Vec<FittedParam>, Vec<FittedParam>) = self
+            .fitted(shown)
+            .into_iter()
+            .partition(|param| self.undetermined.iter().any(|name| name == param.name));
         if !open.is_empty() {
             self.notes.push(wording::unexercised(&open, verdict == Verdict::NothingMissing));
         }
@@ -356,22 +357,36 @@ fn seen<'a>(question: &'a Question, shown: &'a Hypothesis) -> Vec<Seen<'a>> {
     seen
 }
 
-/// Returns what the model's own free parameters came out as.
-fn fitted<'a>(shown: &'a Hypothesis, nominal: &Hypothesis) -> Vec<FittedParam<'a>> {
-    let (compiled, train) = (&shown.fitted.compiled, &shown.fitted.train);
-    let own = |name: &str| nominal.fitted.compiled.params.iter().any(|p| p.name == name);
-    compiled
-        .params
-        .iter()
-        .zip(train.point.params.iter().zip(&train.std))
-        .filter(|(param, _)| own(&param.name))
-        .map(|(param, (value, std))| FittedParam {
-            name: &param.name,
-            value: *value,
-            std: (std.is_finite() && *std > 0.0).then_some(*std),
-            unit: unit(compiled.units.of(&param.name)),
-        })
-        .collect()
+impl Report<'_> {
+    /// Returns what the model's own free parameters came out as.
+    fn fitted<'s>(&self, shown: &'s Hypothesis) -> Vec<FittedParam<'s>> {
+        let (compiled, train) = (&shown.fitted.compiled, &shown.fitted.train);
+        let nominal = &self.search.nominal.fitted.compiled;
+        let own = |name: &str| nominal.params.iter().any(|p| p.name == name);
+        let unit_of =
+            |name: &str| self.declared(name).unwrap_or_else(|| unit(compiled.units.of(name)));
+        compiled
+            .params
+            .iter()
+            .zip(train.point.params.iter().zip(&train.std))
+            .filter(|(param, _)| own(&param.name))
+            .map(|(param, (value, std))| FittedParam {
+                name: &param.name,
+                value: *value,
+                std: (std.is_finite() && *std > 0.0).then_some(*std),
+                unit: unit_of(&param.name),
+            })
+            .collect()
+    }
+
+    /// The unit of a parameter as the model's text writes it, where one of it is one of SI.
+    fn declared(&self, name: &str) -> Option<String> {
+        let params = &self.question.given.params;
+        let ModelUnit { unit, span } = params.iter().find(|p| p.name.text == name)?.unit?;
+        let is_si = (unit.factor - 1.0).abs() < 1e-12;
+        let written = self.text.get(span.from..span.to).filter(|_| is_si)?;
+        Some(written.trim().to_owned())
+    }
 }
 
 fn unit(dimension: Option<Dimension>) -> String {
