@@ -5,7 +5,7 @@ use trueup::discovery::equation::Outcome;
 use trueup::discovery::finding::Verdict;
 
 use super::planted::{CART, cart};
-use super::{ask, record};
+use super::{ask, record, wiggle};
 
 /// The number before a word of an equation.
 fn factor(equation: &str, word: &str) -> f64 {
@@ -96,10 +96,10 @@ fn a_doubt_that_an_input_can_settle_comes_with_that_input() {
 /// `r: V/A` was told in kg*m^2/A^2/s^3.
 #[test]
 fn a_number_of_the_model_is_told_in_its_units() {
-    let model = "model m {\n    input u\n    param r: V/A = free ~ 1\n    state x = free\n    x' = r*u - 0.5*x\n    output y = x\n}\n";
+    let model = "model m {\n input u: A\n param r: V/A = free ~ 1, tau = 2 s\n state x: V = free\n x' = (r*u - x)/tau\n output y: V = x\n}\n";
     let made = |seed: u32| {
         let input = move |t: f64| wiggle(t, f64::from(seed));
-        let rates = |_: f64, u: f64, x: &[f64]| vec![2.0 * u - 0.5 * x[0]];
+        let rates = |_: f64, u: f64, x: &[f64]| vec![(2.0 * u - x[0]) / 2.0];
         record(300, 0.05, seed, 1e-3, &[0.0], rates, |_, x| x[0], input)
     };
     let notes = ask(model, &[made(1), made(2)]).unwrap().finding.notes;
