@@ -95,6 +95,7 @@ pub fn pour(
         values,
         bad: Vec::new(),
         n_bad: 0,
+        is_one_of_several: false,
     };
     let columns = vec![
         column("inside", "m", inside.collect()),

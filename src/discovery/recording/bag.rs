@@ -150,7 +150,14 @@ impl Bag {
             let values = time.iter().map(|t| at(samples, *t, is_held(header))).collect();
             let plain = units::Column { name: header.clone(), unit: None };
             let (column, _) = map.apply(header, plain);
-            Column { name: column.name, unit: column.unit, values, bad: Vec::new(), n_bad: 0 }
+            Column {
+                name: column.name,
+                unit: column.unit,
+                values,
+                bad: Vec::new(),
+                n_bad: 0,
+                is_one_of_several: false,
+            }
         });
         let columns = columns.collect();
         let first = time[0];

@@ -41,6 +41,8 @@ pub struct Column {
     pub bad: Vec<BadCell>,
     /// How many such cells there are.
     pub n_bad: usize,
+    /// Whether others of its file bear its name: which of them is meant nobody can say.
+    pub is_one_of_several: bool,
 }
 
 /// What loggers write where there is no number.

@@ -369,7 +369,7 @@ impl Flaw {
                 return format!("if time is another column, say so: `--map '{first}=t[s]'`");
             }
             Self::ClockUnit { .. } => "write `t[s]`, `t[ms]`, `t[us]` or `t[ns]`",
-            Self::NotATime(_) => "every row needs a finite time",
+            Self::NotATime(text) => super::wording::a_time(text),
             Self::NoClockShows(..) => {
                 "leave the row out, or say in the header what unit `t` is in: `t[ms]`, `t[us]`, `t[ns]`"
             }

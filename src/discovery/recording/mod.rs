@@ -3,7 +3,7 @@
 //! [`Recording::read`] takes the text of a CSV file and of the sidecar beside it, `Recording::read_bag` a
 //! ROS 2 bag, `Bag` one in several files (feature `bags`); [`map`] renames columns.
 //! What is wrong with a file is an error that says which line and which column and what would help. A
-//! column nobody asks for may hold anything: its bad cells are told only by [`Recording::column`].
+//! column nobody asks for may hold anything, and several may bear one name: both are told only by [`Recording::column`].
 //! Files are opened by the caller.
 
 mod arrays;
@@ -154,7 +154,7 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// An [`Error`] if there is no such column, its unit measures something else, or cells of it are not
+    /// An [`Error`] if there is no such column, or several, its unit measures something else, or cells of it are not
     /// finite numbers.
     pub fn column(&self, name: &str, dimension: Dimension) -> Result<&[f64], Error> {
         self.column_of(name, [dimension; 2], Cells::Numbers)
@@ -176,6 +176,9 @@ impl Recording {
             let known = self.columns.iter().map(|column| column.name.clone()).take(40).collect();
             return Err(Flaw::NoColumn { name: name.to_owned(), known, dimension }.at(&self.name));
         };
+        if column.is_one_of_several {
+            return Err(Flaw::SameName(name.to_owned()).at(format!("{}:1", self.name)));
+        }
         if let Some(unit) = column.unit
             && !either.contains(&unit.dimension)
         {
@@ -308,6 +311,7 @@ impl Recording {
             unit: column.unit,
             bad: column.bad.clone(),
             n_bad: column.n_bad,
+            is_one_of_several: column.is_one_of_several,
         });
         let mut notes = self.notes.clone();
         notes.push(format!("{}: {}", self.name, told.join("; ")));
@@ -339,6 +343,7 @@ impl Recording {
                 unit: column.unit,
                 bad: column.bad.clone(),
                 n_bad: column.n_bad,
+                is_one_of_several: column.is_one_of_several,
             });
             Self {
                 name: format!("{} ({what})", self.name),

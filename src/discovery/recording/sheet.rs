@@ -36,6 +36,12 @@ impl Sheet {
         let columns = each_row(name, text, map, (is, header), |_, line, record| {
             rows.push((line, record.clone()));
         })?;
+        let mut names: BTreeSet<String> = BTreeSet::new();
+        for column in &columns {
+            if !names.insert(column.name.clone()) {
+                return Err(Flaw::SameName(column.name.clone()).at(format!("{name}:1")));
+            }
+        }
         Ok(Self { columns, rows })
     }
 }
@@ -44,7 +50,7 @@ impl Sheet {
 pub(super) const MOST_COLUMNS: usize = 200_000;
 
 /// Reads a text and calls `each` with the columns, the line of the file and the cells of every row, so that nobody
-/// need hold what he does not want; arguments and errors are those of [`Sheet::read`].
+/// need hold what he does not want; arguments and errors are those of [`Sheet::read`], but columns may bear one name.
 pub(super) fn each_row(
     name: &str,
     text: &str,
@@ -112,7 +118,6 @@ fn columns(name: &str, header: &csv::StringRecord, map: &Map) -> Result<Vec<unit
     }
     let arrays = Arrays::among(&headers);
     let mut columns: Vec<units::Column> = Vec::with_capacity(headers.len());
-    let mut names: BTreeSet<String> = BTreeSet::new();
     for (at, header) in headers.iter().enumerate() {
         let wrong = |error| Flaw::Header(error).at(format!("{name}:1, column `{header}`"));
         let column = if let Some((element, number)) = arrays.element(header) {
@@ -129,9 +134,6 @@ fn columns(name: &str, header: &csv::StringRecord, map: &Map) -> Result<Vec<unit
             };
             map.apply(header, read).0
         };
-        if !names.insert(column.name.clone()) {
-            return Err(Flaw::SameName(column.name).at(format!("{name}:1")));
-        }
         columns.push(column);
     }
     Ok(columns)

@@ -1,6 +1,6 @@
 //! A table of text → columns in SI, a recording for each run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use crate::units::{Dimension, Unit};
@@ -21,13 +21,16 @@ pub(super) fn read(
 ) -> Result<Vec<Recording>, Error> {
     let (mut columns, lines) = columns(name, text, map)?;
     let blank = leave_out_blank(&mut columns);
+    let several = columns.iter().filter(|column| column.is_one_of_several);
+    let several: Vec<String> = several.map(|column| column.name.clone()).collect();
     let has = |stem: &str| columns.iter().any(|column| column.name == stem);
     let is_poses = !has("t") && has("q_1") && (has("tcp_x") || has("tau_1"));
     if is_poses {
         // Poses have no order: which row it is does for a time.
         let values = (0..lines.len()).map(|row| row as f64).collect();
         let (unit, bad) = (None, Vec::new());
-        columns.push(Column { name: "t".into(), unit, values, bad, n_bad: 0 });
+        let (name, n_bad, is_one_of_several) = ("t".into(), 0, false);
+        columns.push(Column { name, unit, values, bad, n_bad, is_one_of_several });
     }
     let clock = time_column(name, &columns)?;
     let time = columns.remove(clock);
@@ -51,6 +54,9 @@ pub(super) fn read(
     let mut notes = Vec::new();
     if !blank.is_empty() {
         notes.push(wording::blank(name, &blank));
+    }
+    if !several.is_empty() {
+        notes.push(wording::one_of_several(name, &several));
     }
     if is_poses {
         notes.push(wording::rows_are_poses(name));
@@ -99,9 +105,35 @@ fn columns(name: &str, text: &str, map: &Map) -> Result<(Vec<Column>, Vec<usize>
     bad.resize(columns.len(), Vec::new());
     let columns = columns.into_iter().zip(values).zip(bad).map(|((column, values), bad)| {
         let n_bad = values.iter().filter(|value| value.is_nan()).count();
-        Column { name: column.name, unit: column.unit, values, bad, n_bad }
+        let (name, unit) = (column.name, column.unit);
+        Column { name, unit, values, bad, n_bad, is_one_of_several: false }
     });
-    Ok((columns.collect(), lines))
+    Ok((each_name_once(name, columns.collect())?, lines))
+}
+
+/// Leaves one column of several that bear one name, marked: whoever asks for it is told. A clock, and what a name says of an arm, is
+/// asked for by everyone, so of that there may be one only.
+fn each_name_once(name: &str, columns: Vec<Column>) -> Result<Vec<Column>, Error> {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for column in &columns {
+        *counts.entry(column.name.clone()).or_default() += 1;
+    }
+    let is_several = |column: &Column| counts.get(&column.name).is_some_and(|count| *count > 1);
+    let mut kept: Vec<Column> = Vec::with_capacity(columns.len());
+    let mut told: BTreeSet<String> = BTreeSet::new();
+    for mut column in columns {
+        if is_several(&column) {
+            if column.name == "t" || meaning(&column.name).is_some() {
+                return Err(Flaw::SameName(column.name).at(format!("{name}:1")));
+            }
+            column.is_one_of_several = true;
+            if !told.insert(column.name.clone()) {
+                continue;
+            }
+        }
+        kept.push(column);
+    }
+    Ok(kept)
 }
 
 /// Leaves out what an arm's recording has columns for and does not say: columns without a number, if all of their kind are (`q_1`
@@ -150,7 +182,8 @@ fn part(column: &Column, rows: Range<usize>, lines: &[usize]) -> Column {
         let row = values.iter().position(|value| value.is_nan()).unwrap_or(0);
         bad.push(BadCell { line: lines[row], text: "…".into() });
     }
-    Column { name: column.name.clone(), unit: column.unit, values, bad, n_bad }
+    let (name, unit) = (column.name.clone(), column.unit);
+    Column { name, unit, values, bad, n_bad, is_one_of_several: column.is_one_of_several }
 }
 
 /// Refuses a clock that shows what no clock shows.
@@ -310,4 +343,35 @@ fn meaning(name: &str) -> Option<Dimension> {
         "current" => Dimension::CURRENT,
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn asked(csv: &str) -> Result<Recording, Error> {
+        Recording::read("r.csv", csv, None, &Map::default())
+    }
+
+    #[test]
+    fn several_columns_of_one_name_stop_whoever_asks_for_one() {
+        let recording = asked("t[s],u[V],i[mA],i[mA]\n0,1,2,3\n1,2,3,4\n2,3,4,5\n").unwrap();
+        assert!(recording.column("u", Dimension::VOLTAGE).is_ok());
+        let told = recording.column("i", Dimension::CURRENT).unwrap_err();
+        assert!(told.what.contains("two columns are called `i`"), "{told:?}");
+        let notes = recording.notes.join("; ");
+        assert!(notes.contains("several columns bear one name: `i`"), "{notes}");
+        let clocks = asked("t[s],u,t[ms]\n0,1,0\n1,2,1000\n2,3,2000\n").unwrap_err();
+        assert!(clocks.what.contains("two columns are called `t`"), "{clocks:?}");
+    }
+
+    #[test]
+    fn a_stamp_is_told_which_form_would_do() {
+        let stamped =
+            "t[s],u\n2026-01-01T10:00:00.0,1\n2026-01-01T10:00:01.0,2\n2026-01-01T10:00:02.0,3\n";
+        let told = asked(stamped).unwrap_err();
+        assert!(told.help.contains("seconds since the first row"), "{told:?}");
+        let other = asked("t[s],u\n0,1\nsoon,2\n2,3\n").unwrap_err();
+        assert!(other.help.contains("finite time"), "{other:?}");
+    }
 }

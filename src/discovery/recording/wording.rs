@@ -25,6 +25,26 @@ pub(super) fn several_runs(name: &str, n: usize, least: usize, most: usize) -> S
 /// How many columns are named where many are left out.
 const TOLD_COLUMNS: usize = 12;
 
+/// Several columns bear each of these names.
+pub(super) fn one_of_several(name: &str, columns: &[String]) -> String {
+    let told: Vec<String> = columns.iter().take(TOLD_COLUMNS).map(|c| format!("`{c}`")).collect();
+    let more = columns.len() - told.len();
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let told = told.join(", ");
+    format!("{name}: left out, since several columns bear one name: {told}{more}")
+}
+
+/// Which form a time that is no number would do in.
+pub(super) fn a_time(text: &str) -> &'static str {
+    let is_stamp = text.starts_with(|c: char| c.is_ascii_digit()) && text.contains(['-', ':']);
+    if is_stamp {
+        "write times as numbers in one unit, such as seconds since the first row or since 1970, which `date -d STAMP +%s.%N` prints: \
+         `t[s]`, `t[ms]`, `t[us]` or `t[ns]`"
+    } else {
+        "every row needs a finite time"
+    }
+}
+
 /// These columns are blank, or others of their kind are.
 pub(super) fn blank(name: &str, columns: &[String]) -> String {
     let told: Vec<String> = columns.iter().take(TOLD_COLUMNS).map(|c| format!("`{c}`")).collect();
