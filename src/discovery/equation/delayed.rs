@@ -8,6 +8,9 @@
 
 use super::columns::{Data, place};
 
+/// So near to a row, as a part of the usual step, a line has the slopes of either side.
+const NEAR: f64 = 1e-3;
+
 impl Data {
     /// The mean of a held input over one usual step about a time, and its slope.
     pub(super) fn held_about(&self, input: usize, t: f64) -> (f64, f64) {
@@ -18,10 +21,12 @@ impl Data {
         (mean, (after - before) / self.step)
     }
 
-    /// The value of [`Self::held_about`] in the middle of a Runge–Kutta step of length `h` from `t`, and its slope.
-    pub(super) fn held_amid(&self, input: usize, (t, h): (f64, f64)) -> (f64, f64) {
-        let (from, to) = (self.held_about(input, t), self.held_about(input, t + h));
-        let (middle, outer, inner) = (t + 0.5 * h, 0.5 * (self.step + h), 0.5 * (self.step - h));
+    /// The value of [`Self::held_about`] `late` s before the middle of a Runge–Kutta step of length `h` from `t`, and its slope.
+    pub(super) fn held_amid(&self, input: usize, (t, h): (f64, f64), late: f64) -> (f64, f64) {
+        // As the step itself asks for both ends, to the last bit: at a jump the slopes of either side must cancel.
+        let (from, to) = (self.held_about(input, t - late), self.held_about(input, t + h - late));
+        let (outer, inner) = (0.5 * (self.step + h), 0.5 * (self.step - h));
+        let middle = t + 0.5 * h - late;
         let ramp = |s: f64| 0.5 * s.max(0.0).powi(2);
         // Of a mean over the step of means over a usual step: the weight of what comes before.
         let part = |s: f64| {
@@ -32,6 +37,14 @@ impl Data {
         let mean = self.held_mean(input, (middle - outer, middle + outer), part);
         let slope = (to.0 - from.0) / h;
         (0.25 * (6.0 * mean - from.0 - to.0), 0.25 * (6.0 * slope - from.1 - to.1))
+    }
+
+    /// An input on straight lines between rows, and its slope: at a row the mean of those on either side, whichever of them rounding
+    /// would take.
+    pub(super) fn line_about(&self, input: usize, t: f64) -> (f64, f64) {
+        let at = |t: f64| self.input_at(input, t, false).0;
+        let near = NEAR * self.step;
+        (at(t), (at(t + near) - at(t - near)) / (2.0 * near))
     }
 
     /// The mean of a held input between two times, weighed so that `part` of the weight lies before a time.
@@ -94,7 +107,7 @@ mod tests {
             let brought: f64 = steps
                 .map(|(t, h)| {
                     let ends = data.held_about(0, t).0 + data.held_about(0, t + h).0;
-                    h / 6.0 * (ends + 4.0 * data.held_amid(0, (t, h)).0)
+                    h / 6.0 * (ends + 4.0 * data.held_amid(0, (t + late, h), late).0)
                 })
                 .sum();
             let (from, to) = (data.time[5] - late, data.time[34] - late);
@@ -111,10 +124,32 @@ mod tests {
     #[test]
     fn the_slope_in_the_middle_of_a_step_is_one() {
         let data = jumping(0.4);
-        let at = |t: f64| data.held_amid(0, (t, 0.07));
+        let at = |t: f64| data.held_amid(0, (t + 0.2, 0.07), 0.2);
         for t in [0.613, 1.234, 2.071] {
             let slope = (at(t + 1e-6).0 - at(t - 1e-6).0) / 2e-6;
             assert!((slope - at(t).1).abs() < 1e-4 * slope.abs().max(1.0), "{t}: {slope}");
+        }
+    }
+
+    /// A delay of whole rows, with which every fit begins, puts each jump where the method asks: rounding took the slope of the one
+    /// side or the other, and what a delay changes in the speed of a cart was the sum of those.
+    #[test]
+    fn slopes_at_jumps_add_up() {
+        let data = jumping(0.0);
+        for late in [0.1, 0.15, 0.2, 0.4] {
+            let steps = data.time[8..35].windows(2).map(|pair| (pair[0], pair[1] - pair[0]));
+            let changed: f64 = steps
+                .map(|(t, h)| {
+                    let ends = data.held_about(0, t - late).1 + data.held_about(0, t + h - late).1;
+                    h / 6.0 * (ends + 4.0 * data.held_amid(0, (t, h), late).1)
+                })
+                .sum();
+            let [from, to] = [8, 34].map(|row: usize| data.held_about(0, data.time[row] - late).0);
+            assert!((changed - (to - from)).abs() < 1e-9, "{late}: {changed} {}", to - from);
+            let row = data.time[20];
+            let lines = [5e-3, -5e-3].map(|by| data.input_at(0, row + by, false).1);
+            let slope = data.line_about(0, row).1;
+            assert!((slope - 0.5 * (lines[0] + lines[1])).abs() < 1e-6, "{slope} {lines:?}");
         }
     }
 }

@@ -83,9 +83,10 @@ impl<N: Number> Between<'_, N> {
             let (late, (from, h)) = (by.value(), self.step);
             let is_middle = h > 0.0 && (t - from - 0.5 * h).abs() < 0.25 * h;
             let (value, slope) = match hold {
-                Hold::Zero if is_middle => data.held_amid(input, (from - late, h)),
+                Hold::Zero if is_middle => data.held_amid(input, (from, h), late),
                 Hold::Zero => data.held_about(input, t - late),
-                Hold::Line | Hold::Curve => data.input_at(input, t - late, hold == Hold::Curve),
+                Hold::Line => data.line_about(input, t - late),
+                Hold::Curve => data.input_at(input, t - late, true),
             };
             self.frame[usize::from(reg)] = by.chain(value, -slope);
         }
