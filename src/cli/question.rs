@@ -1,5 +1,6 @@
 //! `trueup -c QUESTION --json`: what is so now, or how much something is, as one document. Nothing moves, and no run begins.
 
+use serde::Serialize;
 use serde_json::json;
 
 use crate::language::ast::{ExprKind, Step};
@@ -7,7 +8,17 @@ use crate::language::{self, Diagnostic, Source};
 use crate::monitor::measure;
 use crate::report::exit::Exit;
 use crate::report::{self, Failure, Style};
+use crate::trace::Measure;
 use crate::workcell::WorkCell;
+
+/// Whether a condition is met, by how much, and that in words.
+#[derive(Serialize)]
+struct Answer<'a> {
+    asked: &'a str,
+    truth: Option<bool>,
+    margin: Option<Measure>,
+    told: String,
+}
 
 /// What makes a step of a condition.
 const CONDITION: &str = "check ";
@@ -27,12 +38,12 @@ pub(super) fn answer(line: &str, cell: &mut WorkCell, style: Style) -> Result<Ex
     if let Ok(Step::Check(condition, _)) = read(CONDITION, line, cell) {
         let reading = cell.read(&condition);
         let reading = reading.map_err(|error| report::cell_failure(&error, style))?;
-        style.document(&json!({
-            "asked": line,
-            "truth": reading.truth,
-            "margin": reading.margin.map(measure),
-            "told": report::why::now(line, &reading),
-        }));
+        style.document(&Answer {
+            asked: line,
+            truth: reading.truth,
+            margin: reading.margin.map(measure),
+            told: report::why::now(line, &reading),
+        });
         return Ok(if reading.truth == Some(true) { Exit::Yes } else { Exit::No });
     }
     // No condition, then: how much is it?

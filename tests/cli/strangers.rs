@@ -279,7 +279,7 @@ fn teach_says_which_run_or_file_is_not_there() {
         refused(&asked(what), "io::missing", what);
     }
     let said = scratch.trueup(&["teach", "nothing"]);
-    assert!(said.err.contains("to run `nothing`, write `nothing(…)`"), "{said:?}");
+    assert!(said.err.contains("write `nothing()`, with what it acts on"), "{said:?}");
 }
 
 /// With empty hands nothing can be placed, and nothing had to be seen to know it. What `--yes` cannot answer is not

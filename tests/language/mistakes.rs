@@ -393,10 +393,7 @@ fn what_strangers_write_is_answered_with_what_to_write() {
     for (text, help) in [
         (inside("needs visible(o), tall(o)"), "write `and` instead of the `,`"),
         (inside("gives holding o"), "write `holding(o)`"),
-        (
-            inside("check tall(o) and"),
-            "write `then`, or nothing at all: steps run one after the other",
-        ),
+        (inside("check tall(o) and"), "write the other condition, or leave the `and` out"),
         (inside("lift 12 cm"), "write `lift(12 cm)`"),
         (inside("if tall(o) { look() } elif held(o) { home() }"), "write `else if`"),
         (inside("if tall(o) lift(o)"), "what is done stands in braces: `{ … }`"),

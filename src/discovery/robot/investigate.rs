@@ -411,7 +411,8 @@ impl WithLinks {
         let best = &first.outcome.best;
         // What every joint has was beside them from the beginning.
         let is_new = |term: &Term| !links::is_of_joint(term);
-        let fitted = first.fitted.as_ref().filter(|_| best.terms.iter().any(is_new));
+        let is_asked = filed.things.is_empty() && best.terms.iter().any(is_new);
+        let fitted = first.fitted.as_ref().filter(|_| is_asked);
         let bodies = &filed.train[0].arm.chain.bodies;
         let settled = fitted.and_then(|gap| links::settled(gap, (bodies, &first.links), best));
         let Some(links) = settled else { return Ok(first) };

@@ -139,6 +139,7 @@ pub(super) fn shows(
 /// Returns which of them is to be taken; `None` where nothing shows.
 pub(super) fn taken(mut all: Vec<Shows>) -> Option<Shows> {
     let freed: Vec<&Freed> = all.iter().map(Shows::freed).collect();
-    let best = all.swap_remove(Freed::best(&freed)?);
+    let best = Freed::best(&freed)?;
+    let best = all.swap_remove(best);
     (!best.terms.is_empty()).then_some(best)
 }

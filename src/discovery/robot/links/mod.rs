@@ -114,7 +114,10 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     let freed: Vec<Freed> = freed.collect();
     // What an ampere is worth was fitted: a gain is in it.
     let has_gains = !model.course.data.are_currents;
-    let shows = beside::shows(&problem, &parts, bodies, &lists, has_gains);
+    // What is carried for a while has no column here: what would show may be its weight.
+    let is_bare = gap.things.is_empty();
+    let beside = if is_bare { &lists[..] } else { &[] };
+    let shows = beside::shows(&problem, &parts, bodies, beside, has_gains);
     let with = freed.iter().chain(shows.iter().map(Shows::freed)).map(Freed::with);
     let least = with.min_by(|a, b| a.total().total_cmp(&b.total()))?;
     let weights = heard(&problem, &parts, &least.weights)?;
