@@ -12,9 +12,11 @@ use super::super::chain::Body;
 use super::body::{NUMBERS, Pseudo, nearest};
 use super::fit::{Fit, Problem};
 
-/// What the barrier weighs, in -2 ln of the odds, one after the other. With the last, seven bodies are less than 0.3 from
-/// the best: four times this for each.
-const BARRIERS: [f64; 7] = [1e4, 1e3, 1e2, 10.0, 1.0, 0.1, 0.01];
+/// What the barrier weighs at last, in -2 ln of the odds: seven bodies are less than 0.3 from the best, four times this for each.
+const LAST: f64 = 0.01;
+
+/// It weighs less by this each time, from what there is to be gained on.
+const LESS: f64 = 0.1;
 
 /// Newton's steps for each at most; they take ten.
 const STEPS: usize = 50;
@@ -54,7 +56,7 @@ pub(super) fn consistent(
         bodies.iter().map(|body| nearest(body, &[0.0; NUMBERS])).collect();
     let begin = inside.concat();
     let x = DVector::from_fn(n, |at, _| begin.get(open[at]).copied().unwrap_or(free.x[open[at]]));
-    let x = BARRIERS.into_iter().try_fold(x, |x, barrier| bounds.least(x, barrier))?;
+    let x = bounds.best(x)?;
     let number = |i: usize| at(i).map_or(0.0, |at| x[at]);
     let changes = |b: usize| std::array::from_fn(|k| number(b * NUMBERS + k));
     Some((0..bodies.len()).map(changes).collect())
@@ -90,6 +92,20 @@ impl Bounds {
         Some(cost)
     }
 
+    /// Returns the numbers that cost least without a barrier, but for little, from some that are inside.
+    fn best(&self, mut x: DVector<f64>) -> Option<DVector<f64>> {
+        let free = self.form.clone().cholesky()?.solve(&self.along);
+        let away = &x - free;
+        let mut barrier = away.dot(&(&self.form * &away)).max(LAST);
+        loop {
+            x = self.least(x, barrier)?;
+            if barrier <= LAST {
+                return Some(x);
+            }
+            barrier = (LESS * barrier).max(LAST);
+        }
+    }
+
     /// Returns the numbers that cost least, from some that are inside.
     fn least(&self, mut x: DVector<f64>, barrier: f64) -> Option<DVector<f64>> {
         for _ in 0..STEPS {
@@ -112,7 +128,10 @@ impl Bounds {
                 break;
             }
             let here = self.cost(&x, barrier)?;
-            let halved = std::iter::successors(Some(1.0), |part| Some(0.5 * part)).take(HALVINGS);
+            // So far a step is sure to stay inside (Boyd and Vandenberghe, 9.6): further out is right at the border.
+            let far = (2.0 * gain / barrier).sqrt();
+            let sure = if far > 1.0 { (1.0 + far).recip() } else { 1.0 };
+            let halved = std::iter::successors(Some(sure), |part| Some(0.5 * part)).take(HALVINGS);
             let mut tried = halved.map(|part| (part, &x + part * &step));
             // As far as the slope promises a fifth of.
             let pays = |(part, next): &(f64, DVector<f64>)| {
