@@ -34,6 +34,19 @@ fn pictures(criterion: &mut Criterion) {
     group.bench_function("kitchen 1280x720, quick", |bencher| {
         bencher.iter(|| radiance(&camera, &view, &Options::quick()));
     });
+    let mut small = camera.clone();
+    let lens = &mut small.intrinsics;
+    (lens.width, lens.height) = (640, 480);
+    for number in [&mut lens.fx, &mut lens.fy, &mut lens.cx] {
+        *number *= 0.5;
+    }
+    lens.cy = 239.5;
+    group.bench_function("kitchen 640x480", |bencher| {
+        bencher.iter(|| render(&small, &view, &Options::default()));
+    });
+    group.bench_function("kitchen 640x480, quick", |bencher| {
+        bencher.iter(|| radiance(&small, &view, &Options::quick()));
+    });
     let mut lab = Lab::new(&robot, &scene, LabSettings::default(), 1).unwrap();
     group.bench_function("lab photo", |bencher| bencher.iter(|| lab.photo()));
     group.finish();
