@@ -34,7 +34,7 @@ fn pictures(criterion: &mut Criterion) {
     group.bench_function("kitchen 1280x720, quick", |bencher| {
         bencher.iter(|| radiance(&camera, &view, &Options::quick()));
     });
-    let mut small = camera.clone();
+    let mut small = camera;
     let lens = &mut small.intrinsics;
     (lens.width, lens.height) = (640, 480);
     for number in [&mut lens.fx, &mut lens.fy, &mut lens.cx] {
