@@ -25,7 +25,7 @@ const CONDITION: &str = "check ";
 /// What makes a step of a quantity.
 const QUANTITY: &str = "let value = ";
 
-/// Whether a line reads as a condition or a quantity, and is no name alone. A call to be carried out reads so, too.
+/// Whether a line reads as a condition or a quantity, and is no name alone. A call that moves the arm reads so, too.
 pub(super) fn asks(line: &str) -> bool {
     let (step, wrong) = language::parse_line(&format!("{CONDITION}{line}"));
     let Some(Step::Check(expr, _)) = step else { return false };

@@ -260,7 +260,7 @@ fn of_an_arm_that_is_off(hidden: Hidden) -> Vec<(String, String, f64, f64)> {
     told
 }
 
-/// Links that are off and a gain were ten effects, nine of them not there.
+/// Links that are off and a gain were ten effects.
 #[test]
 fn what_is_missing_beside_links_that_are_off_is_told_with_them() {
     assert!(of_an_arm_that_is_off(Hidden { is_empty: true, ..Hidden::default() }).is_empty());
