@@ -2,7 +2,8 @@
 //!
 //! In rounds: corners that can be passed by are left out; then each edge is halved and each corner drawn towards the chord
 //! between the middles beside it, as a B-spline runs inside its control points; until neither changes anything. Between
-//! them a few shortcuts from anywhere to anywhere are drawn by chance: all of it from the seed.
+//! them a few shortcuts from anywhere to anywhere are drawn by chance: all of it from the seed. At the end the path is pulled taut
+//! (`tauten`).
 //!
 //! Source: Thomason, Kingston and Kavraki, "Motions in microseconds via vectorized sampling-based planning", ICRA 2024
 //! (the rounds); Pan, Zhang and Manocha, "Collision-free and smooth trajectory computation in cluttered environments", IJRR
@@ -15,6 +16,7 @@ use rand::{RngExt, SeedableRng};
 use super::error::Error;
 use super::motions::Motions;
 use super::polyline::{l2, length, mix, point_at};
+use super::tauten::tautened;
 
 /// Rounds at most.
 const ROUNDS: usize = 5;
@@ -56,6 +58,7 @@ pub(super) fn simplified(
             at += 1;
         }
     }
+    tautened(motions, &mut corners, &mut random)?;
     Ok(corners)
 }
 
