@@ -8,6 +8,7 @@ mod equation;
 mod held;
 mod industrial;
 mod logs;
+mod planar;
 mod planted;
 pub(crate) mod poses;
 mod pour;

@@ -5,6 +5,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::idle::holds_still;
 use super::screen::sum_of_squares;
 use super::{Block, Candidate, Hypothesis, ParameterSpec, Residuals, Set};
 
@@ -129,6 +130,18 @@ impl<T: PartialEq> Entry<T> {
     }
 }
 
+/// Returns how much more than `base` effects leave.
+fn changed<G: Residuals>(
+    gap: &G,
+    set: Set,
+    terms: &[G::Term],
+    parameters: &[f64],
+    base: &[f64],
+) -> Option<Vec<f64>> {
+    let there = gap.residuals(set, terms, parameters)?;
+    Some(there.iter().zip(base).map(|(a, b)| a - b).collect())
+}
+
 /// Columns with zeros taken out: block by block.
 type Blocked = Vec<(usize, Vec<f64>)>;
 
@@ -185,9 +198,15 @@ impl Pressed {
                     let up = moved[at + k] + spec.scale <= spec.range.1;
                     let step = if up { spec.scale } else { -spec.scale };
                     moved[at + k] += step;
-                    let there = gap.residuals(set, &terms, &moved)?;
-                    let change = there.iter().zip(base).map(|(a, b)| (a - b) / step);
-                    found.push(blocked(&change.collect::<Vec<f64>>()));
+                    let change = changed(gap, set, &terms, &moved, base)?;
+                    moved[at + k] -= 2.0 * step;
+                    let is_back = moved[at + k] >= spec.range.0 && moved[at + k] <= spec.range.1;
+                    let back =
+                        || if is_back { changed(gap, set, &terms, &moved, base) } else { None };
+                    // A fit would take it as far as its range goes.
+                    let still = holds_still(&change, back);
+                    let column = change.iter().map(|by| if still { 0.0 } else { by / step });
+                    found.push(blocked(&column.collect::<Vec<f64>>()));
                 }
                 Some(found)
             })

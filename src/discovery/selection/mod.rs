@@ -19,6 +19,7 @@
 
 mod alone;
 mod error;
+mod idle;
 mod linear;
 mod refit;
 mod rounds;
@@ -341,7 +342,12 @@ impl<T> Hypothesis<T> {
 
     fn cost(&self) -> f64 {
         let surcharge: f64 = self.surcharges.iter().sum();
-        self.parameters.len() as f64 * (self.count as f64).ln() + surcharge
+        self.parameters.len() as f64 * self.price() + surcharge
+    }
+
+    /// What one number costs.
+    fn price(&self) -> f64 {
+        (self.count as f64).ln()
     }
 }
 

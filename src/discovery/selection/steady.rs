@@ -209,6 +209,8 @@ mod tests {
         wave: f64,
         contains: bool,
         is_likelier: bool,
+        /// Whether the wave is of no effect.
+        is_idle: bool,
     }
 
     impl Residuals for Levels {
@@ -224,7 +226,8 @@ mod tests {
             let of = |at: usize| parameters.get(at).copied().unwrap_or(0.0);
             let sign = |is_up: bool| if is_up { 1.0 } else { -1.0 };
             let row = |row: usize| {
-                let wave = (self.wave - of(1)) * sign(row % 4 < 2);
+                let own = if self.is_idle { 0.0 } else { of(1) };
+                let wave = (self.wave - own) * sign(row % 4 < 2);
                 1.0 - of(0) + wave + sign(row.is_multiple_of(2))
             };
             Some((0..ROWS).map(row).collect())
@@ -267,7 +270,7 @@ mod tests {
 
     #[test]
     fn draws_that_name_the_general_law_name_its_special_case() {
-        let gap = |contains| Levels { wave: 0.1, contains, is_likelier: false };
+        let gap = |contains| Levels { wave: 0.1, contains, is_likelier: false, is_idle: false };
         let (behind, [own, other]) = told(&gap(false));
         assert!(behind < 0.0 && is_near(own, 0.0) && is_near(other, 1.0), "{behind}");
         let (behind, [own, other]) = told(&gap(true));
@@ -276,9 +279,12 @@ mod tests {
 
     #[test]
     fn the_price_of_its_numbers_does_not_speak_against_what_is_likelier() {
-        let gap = |is_likelier| Levels { wave: 0.0, contains: false, is_likelier };
+        let gap =
+            |is_likelier, is_idle| Levels { wave: 0.0, contains: false, is_likelier, is_idle };
         let price = (ROWS as f64).ln();
-        assert!(is_near(told(&gap(false)).0, price));
-        assert!(is_near(told(&gap(true)).0, 0.0));
+        assert!(is_near(told(&gap(false, false)).0, price));
+        assert!(is_near(told(&gap(true, false)).0, 0.0));
+        // Nor does that of a number that does nothing.
+        assert!(is_near(told(&gap(false, true)).0, 0.0));
     }
 }

@@ -3,6 +3,7 @@
 //!
 //! Nothing is tried, exchanged or left out here; that is `search`'s.
 
+use super::idle::idle;
 use super::refit::begins;
 use super::sure::DETERMINED;
 use super::{Hypothesis, Options, ParameterSpec, Residuals, Rival, Set};
@@ -104,8 +105,8 @@ pub(super) fn behind<G: Residuals>(
     }
 }
 
-/// Returns how much of the price of its further numbers does not speak against another explanation: all of it where the effect is
-/// likelier in itself and leaves as little.
+/// Returns how much of the price of its further numbers does not speak against another explanation that leaves as little: all of it
+/// where the effect is likelier in itself, else that of those which do nothing.
 pub(super) fn forgiven<G: Residuals>(
     gap: &G,
     other: &Hypothesis<G::Term>,
@@ -113,14 +114,17 @@ pub(super) fn forgiven<G: Residuals>(
     options: &Options,
 ) -> f64 {
     let chosen = &best.terms[at];
-    let is_likelier = |term| gap.is_likelier(term, chosen) && !gap.contains(term, chosen);
+    let Some(term) = other.terms.last() else { return 0.0 };
     let price = other.cost() - best.cost();
     let more = weighed(gap, other, options) - weighed(gap, best, options) - price;
-    if more < options.tie && other.terms.last().is_some_and(is_likelier) {
-        price.max(0.0)
-    } else {
-        0.0
+    if price <= 0.0 || more >= options.tie || gap.contains(term, chosen) {
+        return 0.0;
     }
+    if gap.is_likelier(term, chosen) {
+        return price;
+    }
+    let in_vain = idle(gap, other, other.terms.len() - 1).saturating_sub(idle(gap, best, at));
+    price.min(in_vain as f64 * best.price())
 }
 
 /// Says how far behind each rival is; those far behind are kept as runners-up, the best few only.
