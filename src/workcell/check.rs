@@ -80,9 +80,13 @@ pub fn check_file(
                 }
             }
             Item::Twin(twin) => {
-                let wrong = vocabulary::check(twin);
                 let of = library.scenes().find(|(scene, _)| scene.name.text == twin.of.text);
                 let scene = of.and_then(|(item, source)| scene::from_item(item, source).ok());
+                let turns = |joint: usize| {
+                    let robot = scene.as_ref().and_then(|s| stdlib.robot(&s.robot).ok());
+                    robot.is_some_and(|robot| robot.sliding().get(joint) == Some(&false))
+                };
+                let wrong = vocabulary::check(twin, &turns);
                 if wrong.is_empty() {
                     deeper.extend(super::known::unheeded(twin, scene.as_ref()));
                 }

@@ -364,7 +364,8 @@ fn estimates_of(gap: &ArmGap, h: &Hypothesis<Term>, at: usize) -> Vec<ParameterE
         covariance.row_mut(i).fill(0.0);
         covariance.column_mut(i).fill(0.0);
     }
-    estimates::estimates(term, own, &covariance, &gap.things)
+    let slides = gap.train[0].arm.chain.slides(term.joint);
+    estimates::estimates(term, own, &covariance, &gap.things, slides)
 }
 
 fn parameters(name: &str, estimates: &[ParameterEstimate]) -> BTreeMap<String, Parameter> {

@@ -207,6 +207,11 @@ impl Chain {
         self.bodies.get(joint).is_some_and(|body| body.slides)
     }
 
+    /// Returns [`Self::slides`] of each joint.
+    pub fn sliding(&self) -> Vec<bool> {
+        self.bodies.iter().map(|body| body.slides).collect()
+    }
+
     /// Returns how far the tip is from the base at most, m.
     pub fn reach(&self) -> f64 {
         let joints = self.bodies.iter().map(|body| body.parent_from_body.translation.vector.norm());

@@ -10,16 +10,19 @@ use super::load::Thing;
 use super::term::{Feature, Law, Term};
 use crate::discovery::finding::ParameterEstimate;
 use crate::discovery::model_file;
+use crate::discovery::vocabulary::of_slide;
 
 /// Returns the effect's numbers in the order of the vocabulary. `covariance` is that of `parameters`; `things`
-/// are what was carried.
+/// are what was carried, and `slides` says whether its joint does.
 pub(super) fn estimates(
     term: &Term,
     parameters: &[f64],
     covariance: &DMatrix<f64>,
     things: &[Thing],
+    slides: bool,
 ) -> Vec<ParameterEstimate> {
     let names = names(term.law);
+    let slides = slides && term.law.is_at_joint();
     let specs = term.law.specs();
     let here = values(term.law, parameters);
     // ∂told/∂fitted, by central differences.
@@ -58,6 +61,7 @@ pub(super) fn estimates(
         .into_iter()
         .zip(here.iter().zip(stds))
         .map(|((name, unit), (value, std))| {
+            let unit = if slides { of_slide(name, unit) } else { unit };
             (name.to_owned(), modelled + value, std, unit.to_owned())
         })
         .collect()
@@ -144,7 +148,7 @@ mod tests {
         let term = Term { law: Law::Payload, joint: 0 };
         let told = |variances: [f64; 4]| {
             let covariance = DMatrix::from_diagonal(&DVector::from_row_slice(&variances));
-            estimates(&term, &[2.0, 0.2, 0.0, 0.0], &covariance, &[])
+            estimates(&term, &[2.0, 0.2, 0.0, 0.0], &covariance, &[], false)
         };
         let std = |all: &[ParameterEstimate], at: usize| all[at].2;
         let shown = told([1e-4, 4e-4, 4e-4, 4e-4]);
@@ -156,5 +160,22 @@ mod tests {
         // What was not fitted at all is left without a deviation.
         let fixed = told([0.0; 4]);
         assert!((0..4).all(|at| std(&fixed, at).abs() < 1e-12), "{fixed:?}");
+    }
+
+    #[test]
+    fn a_joint_that_slides_rubs_in_newtons() {
+        let covariance = DMatrix::from_diagonal(&DVector::from_row_slice(&[1e-4, 1e-10]));
+        let told = |law, slides| {
+            let term = Term { law, joint: 2 };
+            let told = estimates(&term, &[14.0, 2e-3], &covariance, &[], slides);
+            told.into_iter().map(|(name, .., unit)| (name, unit)).collect::<Vec<_>>()
+        };
+        let of = |torque: &str, creep: &str| {
+            [("torque", torque), ("creep", creep)].map(|(a, b)| (a.to_owned(), b.to_owned()))
+        };
+        assert_eq!(told(Law::Coulomb, true), of("N", "m/s"));
+        assert_eq!(told(Law::Coulomb, false), of("N*m", "rad/s"));
+        // A base leans by angles, whatever the first joint does.
+        assert!(told(Law::BaseTilt, true).iter().all(|(_, unit)| unit == "rad"));
     }
 }

@@ -3,7 +3,7 @@
 use super::channels::Quantity;
 use super::error::Misfit;
 use super::term::{Law, Term};
-use crate::discovery::vocabulary::TRACKER;
+use crate::discovery::vocabulary::{TRACKER, of_slide};
 use crate::language::ast::EffectItem;
 use crate::units::Unit;
 
@@ -39,14 +39,14 @@ const LEAN: [(&str, &str); 2] = [("roll", "rad"), ("pitch", "rad")];
 const POSE: [(&str, &str); 6] =
     [("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad")];
 
-/// Reads one effect of a twin of an arm with `n` joints; `None` for an effect that is of something else
+/// Reads one effect of a twin of an arm, of whose joints `slides` says whether they slide; `None` for an effect that is of something else
 /// (a lens, where a scene's camera stands, a liquid).
 ///
 /// # Errors
 ///
 /// A [`Misfit`] for a place that does not exist, or a parameter that is missing, unknown or of the wrong unit.
-pub fn known(effect: &EffectItem, n: usize) -> Result<Option<(Term, Vec<f64>)>, Misfit> {
-    let given = Given { effect, n };
+pub fn known(effect: &EffectItem, slides: &[bool]) -> Result<Option<(Term, Vec<f64>)>, Misfit> {
+    let given = Given { effect, slides };
     let name = effect.name.text.as_str();
     if let Some((_, law, number, unit)) = OF_ONE_NUMBER.iter().find(|(known, ..)| *known == name) {
         let joint = given.joint()?;
@@ -110,8 +110,8 @@ pub fn known(effect: &EffectItem, n: usize) -> Result<Option<(Term, Vec<f64>)>, 
 /// An effect as a model file gives it.
 struct Given<'e> {
     effect: &'e EffectItem,
-    /// How many joints the robot has.
-    n: usize,
+    /// Whether each joint of the robot slides.
+    slides: &'e [bool],
 }
 
 impl Given<'_> {
@@ -124,11 +124,13 @@ impl Given<'_> {
     }
 
     /// Returns a number in SI, if it is given.
-    fn number(&self, name: &str, unit: &str) -> Result<Option<f64>, Misfit> {
+    fn number(&self, name: &str, unit: &'static str) -> Result<Option<f64>, Misfit> {
         let Some(found) = self.effect.parameters.iter().find(|p| p.name.text == name) else {
             return Ok(None);
         };
         let quantity = found.value.quantity;
+        let slides = self.joint().is_ok_and(|joint| self.slides[joint]);
+        let unit = if slides { of_slide(name, unit) } else { unit };
         let expected = Unit::parse(unit).map_or(quantity.dimension, |unit| unit.dimension);
         if quantity.dimension != expected {
             return Err(Misfit::EffectUnit {
@@ -143,7 +145,7 @@ impl Given<'_> {
     }
 
     /// Returns a number in SI that must be given.
-    fn needed(&self, name: &str, unit: &str) -> Result<f64, Misfit> {
+    fn needed(&self, name: &str, unit: &'static str) -> Result<f64, Misfit> {
         self.number(name, unit)?.ok_or_else(|| Misfit::EffectLacks {
             parameter: name.into(),
             effect: self.name(),
@@ -152,17 +154,17 @@ impl Given<'_> {
     }
 
     /// Returns numbers in SI, 0 for those that are not given.
-    fn or_zero(&self, names: &[(&str, &str)]) -> Result<Vec<f64>, Misfit> {
+    fn or_zero(&self, names: &[(&str, &'static str)]) -> Result<Vec<f64>, Misfit> {
         names.iter().map(|(name, unit)| Ok(self.number(name, unit)?.unwrap_or(0.0))).collect()
     }
 
-    /// Returns the speed below which dry friction gives way, rad/s.
+    /// Returns the speed below which dry friction gives way, rad/s; m/s where the joint slides.
     fn creep(&self) -> Result<f64, Misfit> {
         Ok(self.number("creep", "rad/s")?.unwrap_or(CREEP))
     }
 
     /// Returns sine and cosine of a wave of a torque, and how often it comes.
-    fn wave(&self, often: &str, unit: &str) -> Result<Vec<f64>, Misfit> {
+    fn wave(&self, often: &str, unit: &'static str) -> Result<Vec<f64>, Misfit> {
         let amplitude = self.needed("amplitude", "N*m")?;
         let phase = self.number("phase", "rad")?.unwrap_or(0.0);
         let often = self.needed(often, unit)?;
@@ -174,9 +176,13 @@ impl Given<'_> {
         let joint = self.effect.at.text.strip_prefix("joint_");
         joint
             .and_then(|number| number.parse::<usize>().ok())
-            .filter(|number| (1..=self.n).contains(number))
+            .filter(|number| (1..=self.slides.len()).contains(number))
             .map(|number| number - 1)
-            .ok_or_else(|| Misfit::EffectJoint { effect: self.name(), at: self.at(), n: self.n })
+            .ok_or_else(|| Misfit::EffectJoint {
+                effect: self.name(),
+                at: self.at(),
+                n: self.slides.len(),
+            })
     }
 
     /// Returns the channel where it is.
@@ -185,5 +191,33 @@ impl Given<'_> {
         let quantity =
             quantities.into_iter().find(|quantity| quantity.stem() == self.effect.at.text);
         quantity.ok_or_else(|| Misfit::EffectChannel { at: self.at() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::language::ast::Item;
+    use crate::language::parse;
+
+    fn effect(text: &str) -> EffectItem {
+        let items = parse(&format!("twin t of s {{ effect {text} }}")).0.items;
+        let twin = items.into_iter().find_map(|item| match item {
+            Item::Twin(twin) => Some(twin),
+            _ => None,
+        });
+        twin.unwrap().effects.first().unwrap().clone()
+    }
+
+    #[test]
+    fn friction_of_a_joint_that_slides_is_a_force() {
+        let force = effect("coulomb_friction(joint_2) { torque = 14 N, creep = 0.002 m/s }");
+        let (term, values) = known(&force, &[false, true]).unwrap().unwrap();
+        assert_eq!(term, Term { law: Law::Coulomb, joint: 1 });
+        assert!((values[0] - 14.0).abs() < 1e-12 && (values[1] - 0.002).abs() < 1e-12);
+        assert!(known(&force, &[false, false]).is_err());
+        let torque = effect("coulomb_friction(joint_2) { torque = 14 N*m }");
+        assert!(known(&torque, &[false, true]).is_err());
+        assert!(known(&torque, &[false, false]).is_ok());
     }
 }

@@ -41,7 +41,7 @@ pub(super) fn gap(
         plausible::check_torques(model, gravity::other(model), &recording.name)?;
     }
     let held = models.split_off(train.len());
-    let present = present(already, &things, robot.n_joints(), &mut notes)?;
+    let present = present(already, &things, &robot.sliding(), &mut notes)?;
     let gap = ArmGap {
         train: models,
         heldout: held,
@@ -97,7 +97,7 @@ fn models(
 fn present(
     already: &[EffectItem],
     things: &[Thing],
-    n: usize,
+    slides: &[bool],
     notes: &mut Vec<String>,
 ) -> Result<(Vec<Term>, Vec<f64>), Error> {
     let mut present = (Vec::new(), Vec::new());
@@ -112,7 +112,7 @@ fn present(
             continue;
         }
         let (name, at) = (&effect.name.text, &effect.at.text);
-        let read = known(effect, n).map_err(|misfit| misfit.at(wording::effect(name, at)))?;
+        let read = known(effect, slides).map_err(|misfit| misfit.at(wording::effect(name, at)))?;
         match read {
             Some((term, values)) => {
                 present.0.push(term);

@@ -4,6 +4,7 @@ use super::explain::ArmGap;
 use super::term::Law;
 use crate::discovery::finding::Visible;
 use crate::discovery::selection::{Options, Residuals as _, Set, sum_of_squares};
+use crate::discovery::vocabulary::of_slide;
 
 /// Returns how small an effect of each common kind would have been seen: the power of the test. `own` are the
 /// simulation's own parameters.
@@ -44,12 +45,14 @@ pub(super) fn smallest_visible(gap: &ArmGap, own: &[f64], options: &Options) -> 
         if visible.iter().any(|told| told.name == name && told.at == at) {
             continue;
         }
+        let slides = law.is_at_joint() && gap.train[0].arm.chain.slides(candidate.term.joint);
+        let unit = if slides { of_slide(spec.name, spec.unit) } else { spec.unit };
         visible.push(Visible {
             name: name.into(),
             at,
             parameter: spec.name.into(),
             least: (needed.sqrt() / strength).max(spec.least),
-            unit: spec.unit.into(),
+            unit: unit.into(),
         });
     }
     visible

@@ -374,11 +374,10 @@ fn number(value: f64, unit: &str) -> String {
 /// Writes what the effect adds to the model. Torques are what the motor must give more than modelled.
 pub fn equation(term: &Term, estimates: &[ParameterEstimate]) -> String {
     let j = term.joint + 1;
-    let n = |i: usize| estimates.get(i).map_or(String::new(), |(_, v, _, unit)| number(*v, unit));
     let v = |i: usize| estimates.get(i).map_or(0.0, |(_, value, _, _)| *value);
-    let minus = |i: usize| {
-        estimates.get(i).map_or(String::new(), |(_, value, _, unit)| number(-value, unit))
-    };
+    let unit = |i: usize| estimates.get(i).map_or("", |(.., unit)| unit.as_str());
+    let n = |i: usize| number(v(i), unit(i));
+    let minus = |i: usize| number(-v(i), unit(i));
     match term.law {
         Law::Coulomb | Law::SmoothCoulomb => format!("tau_{j} += {} * sign(dq_{j})", n(0)),
         Law::Viscous => format!("tau_{j} += {} * dq_{j}", n(0)),
@@ -386,7 +385,7 @@ pub fn equation(term: &Term, estimates: &[ParameterEstimate]) -> String {
         Law::Stribeck => format!(
             "tau_{j} += ({} + {} * exp(-(dq_{j}/({}))^2)) * sign(dq_{j})",
             n(0),
-            number(v(1) - v(0), "N*m"),
+            number(v(1) - v(0), unit(0)),
             n(2)
         ),
         Law::Asymmetric => {
@@ -422,7 +421,7 @@ pub fn equation(term: &Term, estimates: &[ParameterEstimate]) -> String {
         Law::Compliance => format!("link angle {j} = q_{j} - {} * load_{j}", n(0)),
         Law::ServoSag => format!("q_{j} = q_cmd_{j} - {} * load_{j}", n(0)),
         Law::Backlash => {
-            format!("link angle {j} = q_{j} + gap, abs(gap) <= {}", number(v(0) / 2.0, "rad"))
+            format!("link angle {j} = q_{j} + gap, abs(gap) <= {}", number(v(0) / 2.0, unit(0)))
         }
         Law::CommandDelay => format!("q_cmd acts {} late", n(0)),
         Law::ActuatorGain => format!("torque at joint {j} = {} * tau_{j}", n(0)),

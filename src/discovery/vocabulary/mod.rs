@@ -111,6 +111,28 @@ pub struct Kind {
     pub shows: &'static str,
 }
 
+/// Returns the unit of a number of a joint that slides, where that of one that turns has `unit`: forces stand for torques, ways for
+/// angles. A phase is an angle all the same.
+pub fn of_slide(name: &str, unit: &'static str) -> &'static str {
+    match (name, unit) {
+        ("order", _) => "1/m",
+        (_, "rad") if name != "phase" => "m",
+        (_, "rad/s") => "m/s",
+        (_, "rad/(N*m)") => "m/N",
+        (_, "N*m") => "N",
+        (_, "N*m/s") => "N/s",
+        (_, "N*m/rad") => "N/m",
+        (_, "N*m/rad^2") => "N/m^2",
+        (_, "N*m/rad^3") => "N/m^3",
+        (_, "N*m*s/rad") => "N*s/m",
+        (_, "N*m*s/rad^2") => "N*s/m^2",
+        (_, "N*m*s^2/rad^2") => "N*s^2/m^2",
+        (_, "N*m*s^3/rad^3") => "N*s^3/m^3",
+        (_, "kg*m^2") => "kg",
+        _ => unit,
+    }
+}
+
 fn kinds() -> impl Iterator<Item = &'static Kind> {
     KINDS.iter().copied().flatten()
 }
@@ -132,8 +154,9 @@ impl Kind {
 }
 
 /// Returns what is wrong with the effects of a twin: a name nobody knows, a seat such an effect cannot
-/// have, a parameter it does not have or of another unit.
-pub fn check(twin: &TwinItem) -> Vec<Diagnostic> {
+/// have, a parameter it does not have or of another unit; `turns` says of a joint, from 0, whether it is known to turn and not to
+/// slide.
+pub fn check(twin: &TwinItem, turns: &dyn Fn(usize) -> bool) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for effect in &twin.effects {
         let Some(kind) = kind_named(&effect.name.text) else {
@@ -141,7 +164,7 @@ pub fn check(twin: &TwinItem) -> Vec<Diagnostic> {
             found.push(unknown("effect", &effect.name, nearest(&effect.name.text, names)));
             continue;
         };
-        if kind.sites == [SiteKind::Joint] && !is_joint(&effect.at.text) {
+        if kind.sites == [SiteKind::Joint] && joint(&effect.at.text).is_none() {
             let message = format!("`{}` sits at a joint", kind.name);
             found.push(
                 Diagnostic::error("task::effect", effect.at.span, message, "not a joint")
@@ -151,7 +174,7 @@ pub fn check(twin: &TwinItem) -> Vec<Diagnostic> {
         for parameter in &effect.parameters {
             let name = &parameter.name.text;
             let known = kind.numbers().find(|(known, _)| known == name);
-            let Some((_, unit)) = known else {
+            let Some((_, written)) = known else {
                 let names = || kind.numbers().map(|(name, _)| name);
                 // An effect that is a formula has the parameters of its formula.
                 if names().next().is_none() {
@@ -167,9 +190,12 @@ pub fn check(twin: &TwinItem) -> Vec<Diagnostic> {
                 });
                 continue;
             };
-            let Ok(unit) = Unit::parse(unit) else { continue };
+            let Ok(unit) = Unit::parse(written) else { continue };
             let given = parameter.value.quantity.dimension;
-            if given != unit.dimension {
+            let is_given = |unit: &str| Unit::parse(unit).is_ok_and(|u| u.dimension == given);
+            let slides = joint(&effect.at.text)
+                .is_some_and(|joint| is_given(of_slide(name, written)) && !turns(joint));
+            if given != unit.dimension && !slides {
                 let message = format!(
                     "`{name}` is {}, and this is {}",
                     unit.dimension.words(),
@@ -190,8 +216,9 @@ pub fn check(twin: &TwinItem) -> Vec<Diagnostic> {
     found
 }
 
-fn is_joint(at: &str) -> bool {
-    at.strip_prefix("joint_").is_some_and(|n| n.parse::<u32>().is_ok_and(|n| n > 0))
+/// Returns which joint a seat is, from 0.
+fn joint(at: &str) -> Option<usize> {
+    at.strip_prefix("joint_")?.parse::<usize>().ok()?.checked_sub(1)
 }
 
 fn unknown(what: &str, name: &Name, near: Option<&str>) -> Diagnostic {
@@ -216,6 +243,22 @@ mod tests {
                 assert!(Unit::parse(unit).is_ok(), "{}: {unit}", kind.name);
             }
         }
+    }
+
+    /// Friction of a joint that slides was told in N·m.
+    #[test]
+    fn no_number_of_a_joint_that_slides_is_of_an_angle() {
+        for kind in kinds().filter(|kind| kind.sites.contains(&SiteKind::Joint)) {
+            for (name, unit) in kind.numbers().filter(|(_, unit)| *unit != "?") {
+                let told = of_slide(name, unit);
+                assert!(Unit::parse(told).is_ok(), "{}: {told}", kind.name);
+                let is_turned = told.contains("rad") || told.contains("N*m");
+                assert!(!is_turned || name == "phase", "{}: {told}", kind.name);
+            }
+        }
+        assert_eq!(of_slide("torque", "N*m"), "N");
+        assert_eq!(of_slide("coefficient", "N*m*s/rad"), "N*s/m");
+        assert_eq!(of_slide("inertia", "kg*m^2"), "kg");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! A joint that never turns back while it is fitted tells dry friction from an offset by nothing; what is predicted of it where it
 //! turns back is off by much, of the same machine.
 
+use super::super::chain::Body;
 use super::super::wording;
 use super::fit::{Fit, Parts, Problem, Sums, left_of};
 
@@ -32,7 +33,7 @@ impl Apart {
     }
 
     /// Says by which numbers they are of two machines.
-    pub(super) fn words(&self, parts: &Parts) -> String {
+    pub(super) fn words(&self, parts: &Parts, bodies: &[Body]) -> String {
         let (here, there) = (&self.here, &self.there);
         let apart = |at: &usize| {
             let variance = here.covariance[(*at, *at)] + there.covariance[(*at, *at)];
@@ -40,7 +41,7 @@ impl Apart {
         };
         let numbers = parts.joints.start..parts.load.end;
         let named = numbers.max_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or_default();
-        wording::of_two_machines(parts.name(named), here.x[named], there.x[named])
+        wording::of_two_machines(parts.name(named, bodies), here.x[named], there.x[named])
     }
 }
 

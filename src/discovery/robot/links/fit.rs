@@ -6,10 +6,12 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::super::chain::Body;
 use super::super::term::{Law, Term};
 use super::super::wording;
 use super::body::{NUMBERS, point};
 use super::single::AGREEING;
+use crate::discovery::vocabulary::of_slide;
 
 /// By how much the links' numbers must predict better to be taken: by a tenth of what is left.
 pub(in super::super) const BETTER: f64 = 0.9;
@@ -364,14 +366,15 @@ impl Parts {
         DMatrix::from_fn(self.count, free.len(), |i, j| f64::from(u8::from(i == free[j])))
     }
 
-    /// Returns what a number of a joint or of the load is, with its unit.
-    pub(super) fn name(&self, at: usize) -> (String, &'static str) {
+    /// Returns what a number of a joint or of the load on these bodies is, with its unit.
+    pub(super) fn name(&self, at: usize, bodies: &[Body]) -> (String, &'static str) {
         if self.load.contains(&at) {
             let at = at - self.load.start;
             return (wording::OF_LOAD[at].into(), LOAD[at]);
         }
         let at = at - self.joints.start;
-        let (_, name, unit) = OF_JOINT[at % OF_JOINT.len()];
-        (format!("the {name} of joint {}", at / OF_JOINT.len() + 1), unit)
+        let (joint, (_, name, unit)) = (at / OF_JOINT.len(), OF_JOINT[at % OF_JOINT.len()]);
+        let unit = if bodies[joint].slides { of_slide(name, unit) } else { unit };
+        (format!("the {name} of joint {}", joint + 1), unit)
     }
 }

@@ -151,7 +151,7 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
     // Where those fitted bear it, the file as it is may be right of those held out, and what was fitted is not.
     let are_apart = apart.by > SOME || left > SOME * plainest;
     if apart.by > ANOTHER {
-        let different = Some(apart.words(&parts));
+        let different = Some(apart.words(&parts, bodies));
         return Some(Numbers { are_apart, different, ..Numbers::default() });
     }
     let is_better = is_clearly_less(left_beside, left.min(plainest));

@@ -120,7 +120,8 @@ impl Alone {
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .filter(|(worst, _)| matters && *worst > DIFFERS * DIFFERS)?;
         let values = own.iter().map(|fit| fit.x[at]).collect();
-        worst.is_finite().then(|| Spread { name: self.parts.name(at), values })
+        let bodies = &self.gap.train.first()?.arm.chain.bodies;
+        worst.is_finite().then(|| Spread { name: self.parts.name(at, bodies), values })
     }
 
     /// Returns what is left of both sets, each by numbers of its own, in -2 ln of the odds: the same noise is in both.

@@ -75,10 +75,10 @@ impl AtPoses {
         known: &[EffectItem],
         place: &str,
     ) -> Result<Vec<String>, Error> {
-        let mut aside = Vec::new();
+        let (mut aside, slides) = (Vec::new(), self.arm.chain.sliding());
         for effect in known {
             let (name, at) = (&effect.name.text, &effect.at.text);
-            let read = known::known(effect, self.arm.chain.n())
+            let read = known::known(effect, &slides)
                 .map_err(|misfit| misfit.at(format!("{place}, {}", wording::effect(name, at))))?;
             match read {
                 Some((term, values)) => {
@@ -422,7 +422,8 @@ impl Worded for AtPoses {
         let from: usize = h.terms[..at].iter().map(|term| term.law.specs().len()).sum();
         let count = h.terms[at].law.specs().len();
         let covariance = h.covariance.view((from, from), (count, count)).into_owned();
-        estimates::estimates(&h.terms[at], &h.parameters[from..from + count], &covariance, &[])
+        let (term, slides) = (&h.terms[at], self.arm.chain.slides(h.terms[at].joint));
+        estimates::estimates(term, &h.parameters[from..from + count], &covariance, &[], slides)
     }
 
     fn equation(&self, term: &Term, estimates: &[ParameterEstimate]) -> String {
