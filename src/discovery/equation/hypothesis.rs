@@ -83,18 +83,6 @@ pub struct Gain {
 }
 
 impl Gain {
-    /// Nothing gained.
-    pub const NONE: Self = Self {
-        bic: 0.0,
-        charge: 0.0,
-        held: 0.0,
-        held_rms: 0.0,
-        told: 0.0,
-        part: 0.0,
-        taken: 0.0,
-        needed: MATTERS,
-    };
-
     /// All that speaks for the richer model: nothing is fitted to the held-out data but first values, so
     /// what it gains there counts in full.
     pub fn evidence(&self) -> f64 {

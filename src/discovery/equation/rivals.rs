@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::candidates::{Candidate, candidates};
-use super::edit::model_in;
+use super::edit::{apply, model_in};
 use super::hypothesis::{
     Chosen, Gain, Hypothesis, IMPERFECTION, LEAST_EVIDENCE, Question, with_values,
 };
@@ -102,16 +102,17 @@ impl Question<'_> {
     ) -> Judged {
         let mut fewer = best.effects.clone();
         let own = fewer.remove(i);
-        let without = if fewer.is_empty() {
-            Some(nominal.clone())
-        } else {
-            self.rebuilt(nominal, &fewer, best, 30)
-        };
-        let Some(without) = without else {
-            // What the model does not run without, no draw does without.
-            return Judged { gain: Gain::NONE, rivals: Vec::new(), stability: 1.0 };
-        };
+        let rest = self.standing(nominal, &fewer);
+        let rebuilt = if rest.is_empty() { None } else { self.rebuilt(nominal, &rest, best, 30) };
+        let stands = rest.len() == fewer.len() && rebuilt.is_some() != fewer.is_empty();
+        // Where the model does not run without it, what is left is the model as given.
+        let without = rebuilt.unwrap_or_else(|| nominal.clone());
         let gain = self.gain(&without, best, 1);
+        if !stands {
+            // What is not there without it has no rival beside the others.
+            let stability = self.steadied(&without, (best, &own.candidate), &mut []);
+            return Judged { gain, rivals: Vec::new(), stability };
+        }
         let at_rest = self.at_rest(best, &own);
         let others = others(&own, &fewer, rounds);
         let is_at_rest = |other: &Chosen| at_rest.iter().any(|rest| same(rest, &other.candidate));
@@ -162,6 +163,20 @@ impl Question<'_> {
 }
 
 impl Question<'_> {
+    /// Those of some effects that are there without any other: what acts on an input that nothing but an effect reads is gone
+    /// with that one.
+    fn standing(&self, nominal: &Hypothesis, effects: &[Chosen]) -> Vec<Chosen> {
+        let mut text = nominal.fitted.text.clone();
+        let mut found = Vec::new();
+        for effect in effects {
+            if let Some(next) = apply(&text, self.name, &effect.patch) {
+                text = next;
+                found.push(effect.clone());
+            }
+        }
+        found
+    }
+
     /// What is the same as a chosen effect as long as everything moves one way: an offset of an input and dry
     /// friction. At standstill they part, but there rubbing is no constant, and says nothing of which it is.
     fn at_rest(&self, best: &Hypothesis, own: &Chosen) -> Vec<Chosen> {
@@ -225,4 +240,56 @@ fn others(own: &Chosen, beside: &[Chosen], rounds: &[Vec<Tried>]) -> Vec<Chosen>
     }
     found.truncate(MOST_RIVALS);
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::edit::{NewParam, Patch};
+    use super::super::estimate::Point;
+    use super::super::fitting::Fitted;
+    use super::super::made::bench;
+    use super::*;
+
+    const GIVEN: &str = "model m {\n input u\n state x = 0\n x' = -x\n output x = x\n}\n";
+    const TRUTH: &str =
+        "model m {\n input u\n state x = 0\n x' = 0.7*(u + 2) - x\n output x = x\n}\n";
+
+    fn effect(kind: &'static str, name: &str, patch: Patch) -> Chosen {
+        let param = NewParam {
+            role: "value",
+            name: name.into(),
+            dimension: None,
+            range: None,
+            neutral: Some(0.0),
+            value: 0.5,
+            std: None,
+        };
+        let patch = Patch { title: kind.into(), params: vec![param], ..patch };
+        let (at, equation) = ("u".into(), String::new());
+        let patches = vec![patch.clone()];
+        Chosen { candidate: Candidate { kind, at, patches, equation, within: &[] }, patch }
+    }
+
+    /// Friction of a speed that nothing else reads, without which an offset of that speed is none, was told to make the criterion
+    /// fall by 0 and to explain 0 % of the gap, in 100 of 100 draws.
+    #[test]
+    fn what_another_effect_acts_through_is_worth_both() {
+        let bench = bench(TRUTH);
+        let compiled = bench.prepare(GIVEN, "m").unwrap();
+        let point = Point { params: Vec::new(), starts: vec![vec![None]] };
+        let train = bench.task(&compiled).judge(&point).unwrap();
+        let fitted = Fitted { text: GIVEN.into(), compiled, train };
+        let given = model_in(GIVEN, "m").unwrap();
+        let (floors, refused, whole) = (vec![0.0], Vec::new(), [1.0; 2]);
+        let question = Question { bench, name: "m", given, floors, refused, whole };
+        let nominal = question.judged(Vec::new(), fitted, None).unwrap();
+        let rates = vec![("x".into(), "+ slope*u".into())];
+        let reads = effect("input_gain", "slope", Patch { rates, ..Patch::default() });
+        let input = Some(("u".into(), "{} + shift".into()));
+        let acts = effect("input_offset", "shift", Patch { input, ..Patch::default() });
+        let best = question.rebuilt(&nominal, &[reads, acts], &nominal, 30).unwrap();
+        let judged = question.judge_effect(&nominal, &best, 0, &[]);
+        assert!(judged.gain.bic > 100.0 && judged.gain.told > 0.9, "{:?}", judged.gain);
+        assert!(judged.rivals.is_empty() && judged.stability > 0.9, "{}", judged.stability);
+    }
 }
