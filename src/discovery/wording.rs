@@ -71,6 +71,11 @@ pub(super) fn nearest(leads: &[Effect], explained: f64, why: &str) -> Effect {
     Effect { alternatives: leads.iter().map(lead).collect(), ..Effect::unknown(at, why) }
 }
 
+/// That an effect of no size would have been seen in what was given, `what`.
+pub(super) fn cannot_show(what: &str, blind: &[String]) -> String {
+    format!("these {what} cannot show {} of any size", blind.join(", "))
+}
+
 /// That an effect of a model file is not of what is looked at, for the reason `why`; a `camera_shift` of that sits at `mine`.
 pub(super) fn left_aside((name, at): (&str, &str), why: &str, mine: &str) -> String {
     let left = format!("effect {name}({at}) {why} and is left aside");

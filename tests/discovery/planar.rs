@@ -22,10 +22,9 @@ const ARM: &str = r#"<robot name="planar">
 </robot>"#;
 
 /// 12 s in which both joints swing, on a base that leans by `tilt` and with a first joint that stands at its encoder plus `zero`, rad.
-fn recording(tilt: f64, zero: f64, seed: u64) -> Recording {
-    let robot = Robot::from_urdf(ARM, None).unwrap();
+fn recording(robot: &Robot, tilt: f64, zero: f64, seed: u64) -> Recording {
     let gravity = GRAVITY * Vector3::new(tilt.sin(), 0.0, -tilt.cos());
-    let arm = Dynamics::new(&robot, Bodies::All).with_gravity(gravity);
+    let arm = Dynamics::new(robot, Bodies::All).with_gravity(gravity);
     let mut state = seed;
     let mut chance = move || {
         let mut sum = 0.0;
@@ -64,7 +63,7 @@ fn a_tilt_in_the_plane_of_the_arm_is_told_beside_the_zero_of_its_encoder() {
     let robot = Robot::from_urdf(ARM, None).unwrap();
     for (tilt, zero) in [(0.04, 0.0), (0.0, 0.03)] {
         for order in [[1, 2], [2, 1]] {
-            let recordings = order.map(|seed| recording(tilt, zero, seed));
+            let recordings = order.map(|seed| recording(&robot, tilt, zero, seed));
             let (subject, options) = (Subject::Arm(&robot, &[]), Options::default());
             let found = investigate(&recordings, subject, &options, &mut |_, _| {}).unwrap();
             let finding = found.finding;
@@ -76,4 +75,23 @@ fn a_tilt_in_the_plane_of_the_arm_is_told_beside_the_zero_of_its_encoder() {
             }
         }
     }
+}
+
+/// The zero of a joint whose axis goes through its link's centre does nothing: it "would have been seen" from so many turns on as
+/// rounding asks for.
+#[test]
+fn what_does_nothing_would_have_been_seen_at_no_size() {
+    let balanced = ARM.replace(r#"<origin xyz="0.11 0 0"/>"#, "");
+    let robot = Robot::from_urdf(&balanced, None).unwrap();
+    let recordings = [1, 2].map(|seed| recording(&robot, 0.0, 0.0, seed));
+    let (subject, options) = (Subject::Arm(&robot, &[]), Options::default());
+    let finding = investigate(&recordings, subject, &options, &mut |_, _| {}).unwrap().finding;
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{finding:#?}");
+    let zero = |at: &str| {
+        finding.smallest_visible.iter().any(|s| s.name == "joint_zero_offset" && s.at == at)
+    };
+    assert!(zero("joint_1") && !zero("joint_2"), "{:#?}", finding.smallest_visible);
+    let is_said =
+        |note: &String| note.contains("cannot show") && note.contains("joint_zero_offset(joint_2)");
+    assert!(finding.notes.iter().any(is_said), "{:?}", finding.notes);
 }

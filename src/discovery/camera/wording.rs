@@ -233,7 +233,7 @@ pub(super) fn thinned(file: &str, rows: usize, every: usize) -> String {
 }
 
 pub(super) fn cannot_show(blind: &[String]) -> String {
-    format!("these pictures cannot show {} of any size", blind.join(", "))
+    super::super::wording::cannot_show("pictures", blind)
 }
 
 pub(super) fn still_above(left: f64) -> String {

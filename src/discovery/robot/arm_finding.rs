@@ -17,7 +17,7 @@ use crate::discovery::finding::{
     above_noise,
 };
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Residuals as _, Rival, Set};
-use crate::discovery::wording::nearest;
+use crate::discovery::wording::{cannot_show, nearest};
 
 /// Words an outcome as a finding; `fitted` is what was fitted where that is not all of the recordings.
 pub(super) fn answer(
@@ -29,7 +29,7 @@ pub(super) fn answer(
     mut notes: Vec<String>,
 ) -> Finding {
     let judged = Judged::of(&gap, fitted.as_ref(), outcome, options, noise_is_estimated);
-    let Judged { mut path, shrink, left, left_at, places, visible, coloured } = judged;
+    let Judged { mut path, shrink, left, left_at, places, visible, blind, coloured } = judged;
     // The held-out numbers are settled; what is written into the model is fitted to all data.
     let mut all = fitted.unwrap_or(gap);
     let held = std::mem::take(&mut all.heldout);
@@ -58,6 +58,9 @@ pub(super) fn answer(
     }
     if left > SIGNIFICANT && !effects.is_empty() {
         notes.push(wording::still_above_noise(left));
+    }
+    if verdict == Verdict::NothingMissing && !blind.is_empty() {
+        notes.push(cannot_show("recordings", &blind));
     }
     if verdict == Verdict::Unknown && effects.is_empty() {
         let at = places.first().map_or_else(|| "robot".into(), |place| place.channel.clone());
@@ -95,6 +98,8 @@ struct Judged {
     left_at: Vec<finding::Channel>,
     places: Vec<finding::Channel>,
     visible: Vec<Visible>,
+    /// Effects that would have been seen at no size.
+    blind: Vec<String>,
     /// The part of the signal that coloured noise is, if nothing but that is left.
     coloured: Option<f64>,
 }
@@ -119,17 +124,17 @@ impl Judged {
         let left_at = places(gap, &best.terms, &best.parameters);
         let places = places(gap, &[], &outcome.nothing.parameters);
         let left = above_noise(best.heldout, counts.1).max(above_noise(best.train, counts.0));
-        let visible = if best.terms.is_empty() {
+        let (visible, blind) = if best.terms.is_empty() {
             smallest_visible(fitted.unwrap_or(gap), &outcome.nothing.parameters, options)
         } else {
-            Vec::new()
+            (Vec::new(), Vec::new())
         };
         let coloured = if noise_is_estimated && best.terms.is_empty() {
             coloured_noise(gap, best)
         } else {
             None
         };
-        Self { path, shrink, left, left_at, places, visible, coloured }
+        Self { path, shrink, left, left_at, places, visible, blind, coloured }
     }
 }
 
