@@ -369,8 +369,9 @@ pub enum Explains {
     TooLittle,
 }
 
-/// What leaves less than this many times the noise is near it, and is told by its names with the part that they explain.
-const NEAR_NOISE: f64 = 2.0;
+/// What leaves less than this many times the noise is near it, and is told by its names with the part that they explain; a
+/// channel that is left with more keeps a part of its gap.
+pub const NEAR_NOISE: f64 = 2.0;
 
 /// Noise estimated from a channel is that near to what it is.
 pub const ESTIMATED: f64 = 1.1;

@@ -39,6 +39,8 @@ pub(super) fn fits_worse(behind: f64, what: &str) -> String {
 pub(super) enum Explained {
     /// All that is not near noise.
     All,
+    /// The most of it; some channels keep more than noise ([`keep`]).
+    Most,
     /// A part; what is left is `rest` times the noise.
     Part { part: f64, rest: f64 },
 }
@@ -47,6 +49,7 @@ impl fmt::Display for Explained {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::All => f.write_str("the gap"),
+            Self::Most => f.write_str("most of the gap"),
             Self::Part { part, rest } => write!(
                 f,
                 "{} % of the gap (what is left is {} times the noise)",
@@ -55,6 +58,16 @@ impl fmt::Display for Explained {
             ),
         }
     }
+}
+
+/// What is said beside how much is explained: which channels keep more than their noise, each with what it keeps, its noise and
+/// their unit.
+pub(super) fn keep(channels: &[(&str, f64, f64, &str)]) -> String {
+    let each = channels.iter().map(|(channel, left, noise, unit)| {
+        let [left, noise] = [left, noise].map(|value| significant(*value, 3));
+        format!("; {channel} keeps {left} {unit} beside {noise} {unit} of noise")
+    });
+    each.collect()
 }
 
 /// Returns what has no name, with the `leads` that come nearest to it and explain this part of the gap; `why` says that there

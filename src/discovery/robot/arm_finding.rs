@@ -7,14 +7,14 @@ use super::estimates;
 use super::explain::ArmGap;
 use super::links::Carried;
 use super::load::Thing;
-use super::places::{most_of, places, staying};
+use super::places::{kept, most_of, places, staying};
 use super::power::smallest_visible;
 use super::term::{Law, Term};
 use super::wording::{self, Explained, Reason, WhyNot};
 use crate::discovery::finding::{
-    self, Alternative, ESTIMATED, Effect, Explains, Finding, Gap, Identified, ModelChange,
-    NextExperiment, Parameter, ParameterEstimate, SIGNIFICANT, Value, Verdict, Visible, Worth,
-    above_noise,
+    self, Alternative, ESTIMATED, EXPLAINED, Effect, Explains, Finding, Gap, Identified,
+    ModelChange, NextExperiment, Parameter, ParameterEstimate, SIGNIFICANT, Value, Verdict,
+    Visible, Worth, above_noise,
 };
 use crate::discovery::selection::{self, Hypothesis, Options, Outcome, Residuals as _, Rival, Set};
 use crate::discovery::wording::{cannot_show, nearest};
@@ -29,7 +29,7 @@ pub(super) fn answer(
     mut notes: Vec<String>,
 ) -> Finding {
     let judged = Judged::of(&gap, fitted.as_ref(), outcome, options, noise_is_estimated);
-    let Judged { mut path, shrink, left, left_at, places, visible, blind, coloured } = judged;
+    let Judged { mut path, shrink, left, left_at, places, kept, visible, blind, coloured } = judged;
     // The held-out numbers are settled; what is written into the model is fitted to all data.
     let mut all = fitted.unwrap_or(gap);
     let held = std::mem::take(&mut all.heldout);
@@ -41,7 +41,7 @@ pub(super) fn answer(
     let is_white = left < SIGNIFICANT
         || (noise_is_estimated && shrink.after.train.max(shrink.after.heldout) < ESTIMATED);
     let rest = if is_white { Rest::Noise } else { coloured.map_or(Rest::More, Rest::Coloured) };
-    let (verdict, reason) = verdict(&effects, ambiguous, (left, &left_at), rest, &shrink);
+    let (verdict, reason) = verdict(&effects, ambiguous, (left, &left_at, &kept), rest, &shrink);
     // Names that leave most of the gap are a lead to follow, and no part of the model.
     let is_lead = matches!(verdict, Verdict::Unknown | Verdict::ModelInadequate)
         && effects.iter().any(|effect| effect.name != "unknown");
@@ -97,6 +97,8 @@ struct Judged {
     left: f64,
     left_at: Vec<finding::Channel>,
     places: Vec<finding::Channel>,
+    /// What channels keep beside noise, in words.
+    kept: String,
     visible: Vec<Visible>,
     /// Effects that would have been seen at no size.
     blind: Vec<String>,
@@ -122,6 +124,7 @@ impl Judged {
         let before = if is_off { with_numbers } else { split(&outcome.nothing) };
         let shrink = Gap::of(before, split(best), 1.0);
         let left_at = places(gap, &best.terms, &best.parameters);
+        let kept = kept(gap, best);
         let places = places(gap, &[], &outcome.nothing.parameters);
         let left = above_noise(best.heldout, counts.1).max(above_noise(best.train, counts.0));
         let (visible, blind) = if best.terms.is_empty() {
@@ -134,7 +137,7 @@ impl Judged {
         } else {
             None
         };
-        Self { path, shrink, left, left_at, places, visible, blind, coloured }
+        Self { path, shrink, left, left_at, places, kept, visible, blind, coloured }
     }
 }
 
@@ -320,7 +323,7 @@ enum Rest {
 fn verdict(
     effects: &[Effect],
     ambiguous: bool,
-    (left, at): (f64, &[finding::Channel]),
+    (left, at, kept): (f64, &[finding::Channel], &str),
     of: Rest,
     gap: &Gap,
 ) -> (Verdict, String) {
@@ -337,8 +340,9 @@ fn verdict(
     }
     let (part, rest) = (gap.shrink_heldout, gap.after.heldout);
     let explained = match gap.explains() {
-        Explains::All => Explained::All,
-        Explains::Part => Explained::Part { part, rest },
+        Explains::All if kept.is_empty() => Explained::All,
+        Explains::All if part >= EXPLAINED => Explained::Most,
+        Explains::All | Explains::Part => Explained::Part { part, rest },
         Explains::TooLittle => {
             let is_lead = effects.len() <= LEADS;
             let verdict = if is_lead { Verdict::Unknown } else { Verdict::ModelInadequate };
@@ -346,14 +350,14 @@ fn verdict(
             return estimates(verdict, Reason::TooLittle { explained: part, rest, at });
         }
     };
-    let unnamed = effects.iter().filter(|effect| effect.name == "unknown").count();
-    if unnamed == effects.len() {
-        return estimates(Verdict::Unknown, Reason::Formula(explained));
-    }
-    match effects {
+    let (verdict, reason) = match effects {
+        all if all.iter().all(|effect| effect.name == "unknown") => {
+            estimates(Verdict::Unknown, Reason::Formula(explained))
+        }
         [one] => estimates(Verdict::Named, Reason::One(one, explained)),
         more => estimates(Verdict::Several, Reason::Several(more.len(), explained)),
-    }
+    };
+    (verdict, reason + kept)
 }
 
 /// Returns the numbers of one effect of a hypothesis.
@@ -424,4 +428,36 @@ fn alternatives<'a>(
         });
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::discovery::finding::{Evidence, Split};
+    use crate::discovery::wording::keep;
+
+    /// Of a square wave a sine "explained the gap", and a sensor kept three times its noise.
+    #[test]
+    fn what_a_channel_keeps_is_said_beside_the_name() {
+        let (site, worth) =
+            (("periodic_disturbance", "joint_1".into()), (Evidence::default(), 1.0));
+        let effect = Effect::new(site, BTreeMap::new(), worth, String::new());
+        let split = |left| Split { train: left, heldout: left };
+        let of = |before: f64, after: f64, kept: &str| {
+            let gap = Gap::of(split(before), split(after), 1.0);
+            verdict(std::slice::from_ref(&effect), false, (190.0, &[], kept), Rest::More, &gap)
+        };
+        let (named, reason) = of(3.36, 1.7, "");
+        assert_eq!(named, Verdict::Named);
+        let all = "periodic_disturbance at joint_1 explains the gap, also on data held out";
+        assert_eq!(reason, all);
+        let kept = keep(&[("tau_1", 1.09, 0.334, "N*m")]);
+        let (named, reason) = of(3.36, 1.7, &kept);
+        assert_eq!(named, Verdict::Named);
+        let (start, end) = reason.split_once("; ").unwrap();
+        assert_eq!(start, all.replace("the gap", "most of the gap"));
+        assert_eq!(end, "tau_1 keeps 1.09 N*m beside 0.334 N*m of noise");
+        let (_, reason) = of(8.0, 2.5, &kept);
+        assert!(reason.contains(" 2.5 times the noise") && reason.ends_with(&kept), "{reason}");
+    }
 }

@@ -7,8 +7,9 @@ use super::explain::ArmGap;
 use super::simulate::Model;
 use super::term::Term;
 use super::wording;
-use crate::discovery::finding;
-use crate::discovery::selection::sum_of_squares;
+use crate::discovery::finding::{self, NEAR_NOISE};
+use crate::discovery::selection::{self, Hypothesis, Residuals as _, sum_of_squares};
+use crate::discovery::wording::keep;
 use crate::units::significant;
 
 /// Says how much of the gap each channel carries and what its residual follows; `parameters` are the simulation's own, then
@@ -109,6 +110,31 @@ pub(super) fn staying<'a>(
         place.rms > STAYS.1 * place.noise && was.is_some_and(|was| place.rms > STAYS.0 * was.rms)
     };
     left.iter().filter(stays).map(|place| place.channel.as_str()).collect()
+}
+
+/// Says which channels a hypothesis leaves well above their noise where the data held out are told, those that stand out most
+/// first; nothing where there are none.
+pub(super) fn kept(gap: &ArmGap, best: &Hypothesis<Term>) -> String {
+    let set = selection::reported(gap);
+    let left = gap.residuals(set, &best.terms, &best.parameters);
+    let (Some(left), Some(model)) = (left, gap.models(set).first()) else { return String::new() };
+    let mut sums: BTreeMap<usize, (f64, usize)> = BTreeMap::new();
+    for block in gap.blocks(set) {
+        let sum = sums.entry(block.sensor).or_default();
+        // Rows that are not judged are zero.
+        for value in left[block.rows].iter().filter(|value| value.abs() > 0.0) {
+            *sum = (sum.0 + value * value, sum.1 + 1);
+        }
+    }
+    let channels = &model.course.data.channels;
+    let noises = sums.into_iter().map(|(at, (sum, rows))| (at, (sum / rows.max(1) as f64).sqrt()));
+    let mut above: Vec<(usize, f64)> = noises.filter(|(_, noises)| *noises > NEAR_NOISE).collect();
+    above.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let told = above.iter().take(TOLD).filter_map(|(at, noises)| {
+        let channel = channels.get(*at)?;
+        Some((&*channel.name, noises * channel.noise, channel.noise, model.unit(channel)))
+    });
+    keep(&told.collect::<Vec<_>>())
 }
 
 /// Returns what the residual of a channel follows most, with the part it explains.
