@@ -58,12 +58,19 @@ pub(super) struct Terminal {
     history: Option<PathBuf>,
     /// Statements that were typed or pasted together and are not done yet.
     pasted: VecDeque<String>,
-    /// Whether it was said how a statement that is open is ended.
-    is_told: bool,
 }
 
 fn broken(error: &ReadlineError) -> Failure {
     Failure::unavailable("terminal", format!("the terminal failed: {error}"))
+}
+
+/// Says how a statement is ended that goes on with another line.
+fn tell_how_it_ends(open: &str) {
+    report::complain(if language::is_in_block(open) {
+        "a block is open: go on, or leave it with Ctrl-C"
+    } else {
+        "the line is not over: go on, or end it with an empty line"
+    });
 }
 
 /// Returns an editor for the terminal in which nothing has been typed yet.
@@ -89,7 +96,7 @@ impl Terminal {
             // A missing history is an empty one.
             let _ = editor.load_history(path);
         }
-        Ok(Self { editor, history, pasted: VecDeque::new(), is_told: false })
+        Ok(Self { editor, history, pasted: VecDeque::new() })
     }
 
     /// Adds a statement to the history, as one, and keeps it: a program that is ended from outside has no later moment for it.
@@ -99,17 +106,6 @@ impl Terminal {
             // A history that takes nothing more is no reason to leave a line undone.
             let _ = self.editor.add_history_entry(statement);
             self.keep_history();
-        }
-    }
-
-    /// Says, once, how a statement is ended that goes on with another line.
-    fn tell_how_it_ends(&mut self, open: &str) {
-        if !std::mem::replace(&mut self.is_told, true) {
-            report::complain(if language::is_in_block(open) {
-                "a block is open: go on, or leave it with Ctrl-C"
-            } else {
-                "the line is not over: go on, or end it with an empty line"
-            });
         }
     }
 
@@ -166,7 +162,7 @@ impl LineSource for Terminal {
         if let Some(statement) = self.pasted.pop_front() {
             return Ok(Typed::Statement(statement));
         }
-        let mut open = String::new();
+        let (mut open, mut is_told) = (String::new(), false);
         loop {
             if let Some(helper) = self.editor.helper_mut() {
                 helper.open.clone_from(&open);
@@ -199,7 +195,10 @@ impl LineSource for Terminal {
                 self.pasted.extend(paste::statements(&open));
                 break;
             }
-            self.tell_how_it_ends(&open);
+            // At every statement that is left open, and not after each of its lines.
+            if !std::mem::replace(&mut is_told, true) {
+                tell_how_it_ends(&open);
+            }
             open.push('\n');
         }
         Ok(Typed::Statement(self.pasted.pop_front().unwrap_or_default()))

@@ -90,12 +90,7 @@ impl Session<'_, '_> {
         match step {
             Some(Step::Let(name, ..)) if is_read => self.bind(meant, &name.text),
             _ if !is_read && sentences::looks_like_one(meant) => self.sentence(meant),
-            _ if !is_read && is_pasted_sentences(meant) => {
-                let words =
-                    "pasted lines are read as one program, and this is none; nothing was done";
-                Err(Failure::input("repl::pasted", words)
-                    .help("type or paste sentences one by one"))
-            }
+            _ if !is_read && is_pasted_sentences(meant) => Err(no_program(meant, &wrong)),
             step => {
                 let is_call = match &step {
                     Some(Step::Act(act)) => self.library.callable(&act.call.name.text).is_some(),
@@ -243,9 +238,26 @@ fn is_pasted_sentences(text: &str) -> bool {
     lines().count() > 1 && lines().any(is_sentence)
 }
 
+/// Says why lines that hold a sentence are no program: they stand behind a bracket that was left open, or are pasted together.
+fn no_program(text: &str, wrong: &[Diagnostic]) -> Failure {
+    let Some(open) = wrong.iter().find(|each| each.code == "task::unclosed") else {
+        let words = "pasted lines are read as one program, and this is none; nothing was done";
+        return Failure::input("repl::pasted", words).help("type or paste sentences one by one");
+    };
+    let source = Source::new("prompt", text);
+    let (line, _) = source.line_column(open.span.from);
+    let bracket = source.slice(open.span);
+    let closing = if bracket == "{" { "}" } else { ")" };
+    let words = format!("`{bracket}` opened in line {line} is not closed; nothing was done");
+    Failure::input("task::unclosed", words).help(format!(
+        "add `{closing}` where it should end; the lines after it were taken into it: type them again"
+    ))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::is_pasted_sentences;
+    use super::{is_pasted_sentences, no_program};
+    use crate::language;
 
     /// "`ml` is not a unit" was all that was said of them, and the `let` between them was lost as well.
     #[test]
@@ -263,6 +275,20 @@ mod tests {
             "pick(jar)\ncheck holding(jar)",
         ] {
             assert!(!is_pasted_sentences(program), "{program}");
+        }
+    }
+
+    /// Whoever forgot a bracket was told not to paste.
+    #[test]
+    fn a_bracket_that_took_a_sentence_in_is_named_and_not_the_pasting() {
+        for (text, told) in [
+            ("pour(cup, jar, amount: 60mL\nwhy did it fail\n", "`(` opened in line 1 is not"),
+            ("look()\npour(jar, cup\nlet q = 5 cm\npick up the jar", "`(` opened in line 2 is"),
+            ("let q = 5 cm\npick up the jar", "pasted lines are read as one program"),
+        ] {
+            assert!(is_pasted_sentences(text), "{text}");
+            let failure = no_program(text, &language::parse_line(text).1);
+            assert!(failure.message.starts_with(told), "{}", failure.message);
         }
     }
 }
