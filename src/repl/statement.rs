@@ -39,11 +39,15 @@ impl Session<'_, '_> {
         {
             return Next::Prompt;
         }
+        // Whoever asks "why?" means no other thing than who says it.
+        let word = line.trim_end_matches(['?', '!']);
         let is_free = || {
-            self.values.all().all(|(name, _)| name != line) && self.library.callable(line).is_none()
+            self.values.all().all(|(name, _)| name != word)
+                && self.library.callable(word).is_none()
+                && !self.scope.objects.contains_key(word)
         };
-        let bare = matches!(line, "help" | "quit" | "exit") && is_free();
-        if let Some(command) = if bare { Some(line) } else { line.strip_prefix(':') } {
+        let bare = matches!(word, "help" | "quit" | "exit" | "why") && is_free();
+        if let Some(command) = if bare { Some(word) } else { line.strip_prefix(':') } {
             return self.command(command);
         }
         let done = match line.strip_prefix('!') {
