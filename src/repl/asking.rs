@@ -1,6 +1,7 @@
 //! Lines that ask: a fluent, a comparison, a quantity, a name. Nothing moves, and no run begins.
 
 use crate::language::ast::{BinaryOp, Expr, ExprKind, Step};
+use crate::language::sentence::{self, Knowledge};
 use crate::language::{self, Source, builtins, text};
 use crate::report::exit::Exit;
 use crate::report::{self, Failure};
@@ -59,7 +60,14 @@ impl Session<'_, '_> {
         }
         let other = OTHERWISE.iter().find(|(other, _)| *other == word);
         let meant = other.map_or(word, |(_, name)| *name);
-        // `undo` is `:undo-edit`.
+        if let Some(help) = self.instead(word) {
+            return Err(Failure::input(
+                "repl::unknown",
+                format!("nothing here is called `{word}`"),
+            )
+            .help(help));
+        }
+        // `redo` is `:redo-edit`.
         let is_meant = |name: &str| {
             name == meant || name.split_once('-').is_some_and(|(head, _)| head == meant)
         };
@@ -84,11 +92,29 @@ impl Session<'_, '_> {
         let failure = Failure::input("repl::unknown", format!("nothing here is called `{word}`"));
         Err(failure.help(match near {
             Some(near) => format!("did you mean `{near}`?"),
-            None if language::sentence::is_foreign(word) => {
+            None if sentence::is_foreign(word) => {
                 "sentences are in English; `:help` lists what can be typed".to_owned()
             }
             None => "`:tasks` lists what can be called, `:help` the commands".to_owned(),
         }))
+    }
+
+    /// Returns what to do instead of what a word wishes that no task does: `undo`.
+    fn instead(&self, word: &str) -> Option<String> {
+        if self.library.callable(word).is_some() {
+            return None;
+        }
+        let scene = self.library.scene(self.library.default_scene());
+        let things = scene.map(|(scene, _)| sentence::things(scene)).unwrap_or_default();
+        let with = Knowledge {
+            library: &self.library,
+            things: &things,
+            phrases: &[],
+            it: None,
+            spot: &|_| None,
+            hindrance: &|_| None,
+        };
+        sentence::instead(&sentence::words(word), &with)
     }
 
     /// Answers a line that asks what is so or how much something is; `false` when it does neither.

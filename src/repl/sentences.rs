@@ -175,8 +175,8 @@ impl Session<'_, '_> {
         Ok(())
     }
 
-    /// Tries a line as a sentence.
-    pub(super) fn sentence(&mut self, said: &str) -> Result<(), Failure> {
+    /// Tries a line as a sentence; `line` is as it was typed, before the names in it were put in.
+    pub(super) fn sentence(&mut self, said: &str, line: &str) -> Result<(), Failure> {
         let phrases = self.taught.all();
         let cell = self.bench.cell()?;
         let library = cell.library().clone();
@@ -234,6 +234,9 @@ impl Session<'_, '_> {
                 self.worsen(Exit::No as u8);
             }
             Meaning::Unknown { help } => {
+                if sentence::is_again(&sentence::words(line)) {
+                    return self.again();
+                }
                 if self.proposed(said)? {
                     return Ok(());
                 }
@@ -241,6 +244,31 @@ impl Session<'_, '_> {
                 return Err(Failure::input("repl::sentence", words).help(help));
             }
         }
+        Ok(())
+    }
+
+    /// "Again": shows the last call that was begun, and asks whether to carry it out once more.
+    pub(super) fn again(&mut self) -> Result<(), Failure> {
+        let Some(call) = self.made.last().map(|made| made.call.clone()) else {
+            return Err(Failure::input(
+                "repl::sentence",
+                "nothing has run yet that could be repeated",
+            )
+            .help("type a call such as `pick(jar)`; the Up key recalls what was typed"));
+        };
+        let Some(step) = parse_line(&call).0 else { return Ok(()) };
+        let hindrance = match &step {
+            Step::Act(act) => self.bench.cell()?.hindrance(&act.call),
+            _ => None,
+        };
+        if let Some(why) = hindrance {
+            let told = report::sentence::told(&Meaning::Impossible { why, help: None });
+            self.style.say(format!("= {call}\n{told}"));
+            self.worsen(Exit::No as u8);
+            return Ok(());
+        }
+        self.style.say(format!("= {call}"));
+        self.ask_or_run(step, &call, true);
         Ok(())
     }
 

@@ -41,12 +41,7 @@ impl Session<'_, '_> {
         }
         // Whoever asks "why?" means no other thing than who says it.
         let word = line.trim_end_matches(['?', '!']);
-        let is_free = || {
-            self.values.all().all(|(name, _)| name != word)
-                && self.library.callable(word).is_none()
-                && !self.scope.objects.contains_key(word)
-        };
-        let bare = matches!(word, "help" | "quit" | "exit" | "why") && is_free();
+        let bare = matches!(word, "help" | "quit" | "exit" | "why") && self.is_free(word);
         if let Some(command) = if bare { Some(word) } else { line.strip_prefix(':') } {
             return self.command(command);
         }
@@ -58,6 +53,13 @@ impl Session<'_, '_> {
             self.fail(&failure);
         }
         Next::Prompt
+    }
+
+    /// Whether a word is the name of no value, object, task or action.
+    fn is_free(&self, word: &str) -> bool {
+        self.values.all().all(|(name, _)| name != word)
+            && self.library.callable(word).is_none()
+            && !self.scope.objects.contains_key(word)
     }
 
     fn calculate(&mut self, expression: &str) -> Result<(), Failure> {
@@ -78,6 +80,9 @@ impl Session<'_, '_> {
             return Err(nothing_stepped(word));
         }
         let is_word = line.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
+        if is_word && self.is_free(line) && language::sentence::is_again(&line.to_lowercase()) {
+            return self.again();
+        }
         if is_word && self.named(line)? {
             return Ok(());
         }
@@ -93,7 +98,7 @@ impl Session<'_, '_> {
         let is_read = !wrong.iter().any(Diagnostic::is_error);
         match step {
             Some(Step::Let(name, ..)) if is_read => self.bind(meant, &name.text),
-            _ if !is_read && sentences::looks_like_one(meant) => self.sentence(meant),
+            _ if !is_read && sentences::looks_like_one(meant) => self.sentence(meant, line),
             _ if !is_read && is_pasted_sentences(meant) => Err(no_program(meant, &wrong)),
             step => {
                 let is_call = match &step {

@@ -127,7 +127,9 @@ fn an_unknown_sentence_is_answered_with_the_nearest_one() {
     for (said, means) in [
         ("gieße das Wasser in den Becher", "in English, such as \"pick up the transparent jar\""),
         ("again", "the Up key recalls it"),
-        ("undo", "takes nothing back"),
+        ("once more, please", "the Up key recalls it"),
+        ("undo", "cannot be undone: say where things are to go, such as \"put the transparent jar"),
+        ("undo that", "cannot be undone"),
         ("stop", "Ctrl-C stops the arm"),
         ("move the jar", "say where to, such as \"move the transparent jar to the table\""),
     ] {

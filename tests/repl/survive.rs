@@ -75,6 +75,19 @@ fn a_panic_costs_its_line_and_no_name() {
     assert_eq!(*seen.lock().unwrap(), [poured, poured, "place(jar)"]);
 }
 
+/// "Again" was nothing that is called so, whatever had been done before.
+#[test]
+fn again_is_the_last_call_once_more_and_is_asked() {
+    let seen = Mutex::new(Vec::new());
+    let work = |_: &mut WorkCell, step: &Step| -> Result<Run, Failure> {
+        seen.lock().unwrap().push(text::step(step));
+        Ok(Run::so_far(&text::step(step), &[]))
+    };
+    let presses = AtomicUsize::new(0);
+    typed(&work, &presses, "again\ny\nhome()\nlook()\nagain\ny\ndo it once more\ny\nagain\nn\n");
+    assert_eq!(*seen.lock().unwrap(), ["home()", "look()", "look()", "look()"]);
+}
+
 #[test]
 fn names_outlive_every_kind_of_error() {
     let seen = Mutex::new(Vec::new());

@@ -3,24 +3,41 @@
 
 use super::knowledge::{Knowledge, Thing};
 
-/// Words that mean to be told what was meant before, or to end or take back what was done, and what does so.
-const INSTEAD: &[(&str, &str)] = &[
-    ("again", "say it once more; at the prompt the Up key recalls it"),
-    ("repeat", "say it once more; at the prompt the Up key recalls it"),
-    ("repeat that", "say it once more; at the prompt the Up key recalls it"),
-    ("do it again", "say it once more; at the prompt the Up key recalls it"),
+/// Words that wish the last thing done once more, of an operator in whatever language.
+const AGAIN: &[&str] = &[
+    "again",
+    "once again",
+    "once more",
+    "one more time",
+    "repeat",
+    "repeat it",
+    "repeat that",
+    "do it again",
+    "do that again",
+    "do it once more",
+    "try again",
+    "try it again",
+    "same again",
+    "the same again",
+    "nochmal",
+    "noch mal",
+    "noch einmal",
+    "encore",
+    "encore une fois",
+    "otra vez",
+    "ancora",
+    "ancora una volta",
+];
+
+/// Words that mean to take back or end what was done, alone or before what they are said of, and what does so; `{o}` is a thing
+/// that can be carried.
+const INSTEAD: &[(&[&str], &str)] = &[
     (
-        "undo",
-        "the arm takes nothing back: say where things are to go, such as \"put the jar on the table\"",
+        &["undo", "revert"],
+        "what the arm did cannot be undone: say where things are to go, such as \"put the {o} on the table\"; \
+         `:undo-edit` takes back a change to a file",
     ),
-    (
-        "undo it",
-        "the arm takes nothing back: say where things are to go, such as \"put the jar on the table\"",
-    ),
-    ("stop", "Ctrl-C stops the arm while it moves"),
-    ("halt", "Ctrl-C stops the arm while it moves"),
-    ("stop it", "Ctrl-C stops the arm while it moves"),
-    ("stop moving", "Ctrl-C stops the arm while it moves"),
+    (&["stop", "halt"], "Ctrl-C stops the arm while it moves"),
 ];
 
 /// Words for carrying a thing, which say nothing without a place.
@@ -70,13 +87,23 @@ pub fn is_foreign(said: &str) -> bool {
     said.split(' ').any(|word| FOREIGN.contains(&word.to_lowercase().as_str()))
 }
 
-/// Returns what to do instead of what is said, where it is no sentence that could be like one that is known.
-pub(super) fn instead(said: &str, with: &Knowledge<'_>) -> Option<String> {
-    if let Some((_, help)) = INSTEAD.iter().find(|(words, _)| *words == said) {
-        return Some((*help).to_owned());
-    }
+/// Whether words, as [`super::words`] makes them, wish the last thing done once more and say nothing else.
+pub fn is_again(said: &str) -> bool {
+    AGAIN.contains(&said)
+}
+
+/// Returns what to do instead of what is said, where it is no sentence that could be like one that is known; `said` as
+/// [`super::words`] makes it.
+pub fn instead(said: &str, with: &Knowledge<'_>) -> Option<String> {
     let shown =
         with.things.iter().find(|thing| is_carried(thing, with)).map_or("jar", Thing::shown);
+    if is_again(said) {
+        return Some("say it once more; at the prompt the Up key recalls it".to_owned());
+    }
+    let begins = said.split(' ').next().unwrap_or(said);
+    if let Some((_, help)) = INSTEAD.iter().find(|(words, _)| words.contains(&begins)) {
+        return Some(help.replace("{o}", shown));
+    }
     let (verb, rest) = said.split_once(' ')?;
     if CARRYING.contains(&verb) && !rest.contains(" to ") {
         return Some(format!("say where to, such as \"{verb} the {shown} to the table\""));

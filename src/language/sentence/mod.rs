@@ -28,7 +28,7 @@ use super::ast::{Param, SceneItem, Step};
 use super::builtins::Ty;
 use super::parse::parse_line;
 use super::text;
-pub use advice::is_foreign;
+pub use advice::{instead, is_again, is_foreign};
 use fill::{Reading, filled, taught};
 use hand::Hand;
 pub use knowledge::{Knowledge, Phrase, Spot, Thing};
