@@ -314,6 +314,19 @@ fn volumes(water: &Water) -> String {
     told.join(", ")
 }
 
+/// Words what the scales say of spilt water at the end of a run; `None` where none were read.
+pub fn spilt(run: &Run) -> Option<String> {
+    let water = run.water.as_ref()?;
+    // Told to a tenth.
+    let (begins, help) = if water.spilt_ml < 0.05 {
+        ("nothing spilt", "")
+    } else {
+        ("spilt", "; `:why` says how it went")
+    };
+    let scales = scales_of(&water.measured_by);
+    Some(format!("{begins} by the end of {}: {:.1} mL on {scales}{help}", run.task, water.spilt_ml))
+}
+
 /// Words how evenly positions were streamed to an arm.
 pub fn pacing(told: &Pacing) -> String {
     let mut text = format!(
@@ -435,4 +448,30 @@ pub fn ending(run: &Run, style: Style) -> String {
         let _ = write!(text, "\n  run folder: {dir}");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Run, Water, spilt};
+
+    /// "Did it spill?" was answered with a help about something else, though the scales had said it.
+    #[test]
+    fn what_is_spilt_is_told_by_the_scales_of_the_last_run() {
+        let mut run = Run::so_far("pour(jar, cup)", &[]);
+        assert_eq!(spilt(&run), None);
+        let water = |spilt_ml| Water {
+            in_target_ml: 148.0,
+            in_source_ml: 0.3,
+            vessels_ml: Vec::new(),
+            spilt_ml,
+            measured_by: "lab".into(),
+        };
+        run.water = Some(water(0.04));
+        let told = spilt(&run).unwrap();
+        assert_eq!(told, "nothing spilt by the end of pour(jar, cup): 0.0 mL on the lab's scales");
+        run.water = Some(water(3.21));
+        let told = spilt(&run).unwrap();
+        assert!(told.starts_with("spilt by the end of pour(jar, cup): 3.2 mL on"), "{told}");
+        assert!(told.ends_with("`:why` says how it went"), "{told}");
+    }
 }

@@ -24,6 +24,15 @@ const ASKED: &[(&str, &str)] = &[
     ("is there [any|still] [water|juice] [left] in [the] {v}", "filled({v})"),
     ("how much [water|juice] (is|was) (spilt|spilled)", "spilt()"),
     ("(was|is) anything (spilt|spilled)", "spilt()"),
+    (
+        "[why] (did|has) (it|you|that|this|anything|something|water|any water|the water) (spill|spilt|spilled) \
+         [anything|something|water|any water]",
+        "spilt()",
+    ),
+    (
+        "[why] (did|has) [the] {o} (spill|spilt|spilled) [anything|something|water|any water]",
+        "spilt()",
+    ),
     // "Can you" is politeness, and is gone.
     ("[do you] see [the] {o}", "visible({o})"),
     ("[do you] (reach|get at) [the] {o}", "reachable({o})"),
