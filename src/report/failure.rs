@@ -299,9 +299,11 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
                 )
             })
         }
-        Error::Empty { source_name } => Failure::no("run::vessel_empty", words)
-            .at(source_name.clone())
-            .help("fill it, then `:look`; at the prompt `:reset` opens a fresh laboratory; nothing has moved"),
+        Error::Empty { source_name } | Error::NearlyEmpty { source_name, .. } => {
+            Failure::no("run::vessel_empty", words).at(source_name.clone()).help(
+                "fill it, then `:look`; at the prompt `:reset` opens a fresh laboratory; nothing has moved",
+            )
+        }
         Error::NotWeighable { least, .. } => {
             let least = (1e6 * least).round();
             Failure::no("run::not_weighable", words)

@@ -92,6 +92,16 @@ pub enum Error {
         /// What it was to come from.
         source_name: String,
     },
+    /// There is less in the vessel that is to be poured from than can be weighed; nothing has moved.
+    #[error("`{source_name}` is nearly empty, with {:.1} mL in it; less than {:.0} mL cannot be poured, since it cannot be weighed in the hand", 1e6 * .there, 1e6 * .least)]
+    NearlyEmpty {
+        /// What it was to come from.
+        source_name: String,
+        /// What is there, m³.
+        there: f64,
+        /// The least that can be weighed, m³.
+        least: f64,
+    },
     /// Less is to be poured than can be weighed; nothing has moved.
     #[error("{:.1} mL cannot be measured by weighing in the hand; the least is {:.0} mL", 1e6 * .amount, 1e6 * .least)]
     NotWeighable {

@@ -131,10 +131,8 @@ impl WorkCell {
                     let amount = amount_at(0).unwrap_or(0.0);
                     let source = all.iter().filter_map(|part| about(part));
                     let source = source.filter(|(name, _)| *name == "has").map(|(_, o)| o).next();
-                    match source.filter(|_| amount < DRY) {
-                        Some(source_name) => Error::Empty { source_name },
-                        None => Error::NotWeighable { amount, least: amount + by },
-                    }
+                    let there = source.as_ref().and_then(|source| state.object(source)?.water);
+                    too_little(source, there, amount, amount + by)
                 }
                 _ => Error::Needs {
                     call: graph.root().label.clone(),
@@ -147,6 +145,19 @@ impl WorkCell {
             });
         }
         Ok(())
+    }
+}
+
+/// Says why less than `least` is not poured: there is no more in what it is to come from, as far as is known, or so little was
+/// asked for. Volumes in m³.
+fn too_little(source: Option<String>, there: Option<f64>, amount: f64, least: f64) -> Error {
+    match (source, there) {
+        (Some(source_name), Some(there)) if there < DRY => Error::Empty { source_name },
+        (Some(source_name), None) if amount < DRY => Error::Empty { source_name },
+        (Some(source_name), Some(there)) if there < least => {
+            Error::NearlyEmpty { source_name, there, least }
+        }
+        _ => Error::NotWeighable { amount, least },
     }
 }
 
@@ -186,5 +197,24 @@ fn name_of(expr: &Expr) -> Option<&str> {
     match &expr.kind {
         ExprKind::Name(name) => Some(name),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::too_little;
+
+    /// "0.6 mL cannot be measured by weighing in the hand" was said of a jar that had been poured empty.
+    #[test]
+    fn what_is_nearly_empty_is_said_to_be_so_and_what_is_not_is_not() {
+        let said = |there, amount| too_little(Some("jar".into()), there, amount, 3e-6).to_string();
+        assert!(said(Some(0.577e-6), 0.577e-6).starts_with("`jar` is nearly empty, with 0.6 mL"));
+        assert_eq!(said(Some(0.05e-6), 0.05e-6), "`jar` is empty");
+        assert_eq!(said(None, 0.0), "`jar` is empty");
+        // Of a full jar so little was asked for.
+        for there in [Some(150e-6), None] {
+            assert!(said(there, 1e-6).starts_with("1.0 mL cannot be measured"));
+        }
+        assert!(said(Some(150e-6), 0.0).starts_with("0.0 mL cannot be measured"));
     }
 }

@@ -232,10 +232,14 @@ fn an_unreachable_cup_is_said_before_anything_moves() {
 fn an_empty_jar_is_said_to_be_empty() {
     let scratch = Scratch::new("cli-empty");
     let kitchen = fs::read_to_string(project("stdlib/scenes/kitchen.task")).unwrap();
-    scratch.file("dry.task", kitchen.replace(" filled 150 mL", "").replace("kitchen", "dry"));
-    let said = scratch.trueup(&["-c", "pour(jar, cup)", "--scene", "dry.task", "--robot", "twin"]);
-    assert_eq!(said.code, 1, "{said:?}");
-    assert!(said.err.contains("`jar` is empty") && said.err.contains(":reset"), "{said:?}");
+    for (filled, told) in [("", "`jar` is empty"), (" filled 1 mL", "`jar` is nearly empty")] {
+        let scene = kitchen.replace(" filled 150 mL", filled).replace("kitchen", "dry");
+        scratch.file("dry.task", scene);
+        let args = ["-c", "pour(jar, cup)", "--scene", "dry.task", "--robot", "twin"];
+        let said = scratch.trueup(&args);
+        assert_eq!(said.code, 1, "{said:?}");
+        assert!(said.err.contains(told) && said.err.contains(":reset"), "{said:?}");
+    }
 }
 
 /// `--pace real` holds the arm to the clock; that it is not much slower is the machine's affair.
