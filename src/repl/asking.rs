@@ -60,13 +60,6 @@ impl Session<'_, '_> {
         }
         let other = OTHERWISE.iter().find(|(other, _)| *other == word);
         let meant = other.map_or(word, |(_, name)| *name);
-        if let Some(help) = self.instead(word) {
-            return Err(Failure::input(
-                "repl::unknown",
-                format!("nothing here is called `{word}`"),
-            )
-            .help(help));
-        }
         // `redo` is `:redo-edit`.
         let is_meant = |name: &str| {
             name == meant || name.split_once('-').is_some_and(|(head, _)| head == meant)
@@ -74,6 +67,10 @@ impl Session<'_, '_> {
         let command = COMMANDS.iter().find(|command| is_meant(command.name));
         let is_known = language::is_of_language(word)
             || language::assist::describe(&self.library, &self.scope, word).is_some();
+        if !is_known && let Some(help) = self.instead(word) {
+            let words = format!("nothing here is called `{word}`");
+            return Err(Failure::input("repl::unknown", words).help(help));
+        }
         if let Some(command) = command
             && (!is_known || command.name == meant)
         {
@@ -101,9 +98,6 @@ impl Session<'_, '_> {
 
     /// Returns what to do instead of what a word wishes that no task does: `undo`.
     fn instead(&self, word: &str) -> Option<String> {
-        if self.library.callable(word).is_some() {
-            return None;
-        }
         let scene = self.library.scene(self.library.default_scene());
         let things = scene.map(|(scene, _)| sentence::things(scene)).unwrap_or_default();
         let with = Knowledge {

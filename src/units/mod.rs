@@ -13,7 +13,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-pub use spelling::{UNITS, convert, known_units, suggest_unit};
+pub use spelling::{UNITS, convert, known_units, suggest_unit, units_of};
 
 /// Exponents of the base quantities a unit is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
@@ -271,6 +271,7 @@ mod tests {
         assert_eq!(convert(3.0, "Inches"), Some(("7.62".to_owned(), "cm")));
         assert_eq!(convert(0.5, "lb"), Some(("226.796".to_owned(), "g")));
         assert_eq!(convert(3.0, "cm"), None);
+        assert_eq!(units_of(Dimension::VOLUME), ["mL", "L"]);
     }
 
     #[test]

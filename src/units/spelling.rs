@@ -150,6 +150,11 @@ pub fn known_units() -> &'static str {
     "mm cm m deg rad ns us ms s min mL L g kg N N*m A V Hz rad/s %"
 }
 
+/// Returns the units of a dimension that have a spelling of their own: `mL` and `L` of a volume.
+pub fn units_of(dimension: Dimension) -> Vec<&'static str> {
+    UNITS.iter().filter(|(.., its)| *its == dimension).map(|(unit, ..)| *unit).collect()
+}
+
 /// Returns the unit that a wrong spelling most likely means: `centimetres` → `cm`.
 pub fn suggest_unit(text: &str) -> Option<&'static str> {
     let lower = text.to_lowercase();

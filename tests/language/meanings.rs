@@ -131,6 +131,7 @@ fn an_unknown_sentence_is_answered_with_the_nearest_one() {
         ("undo", "cannot be undone: say where things are to go, such as \"put the transparent jar"),
         ("undo that", "cannot be undone"),
         ("stop", "Ctrl-C stops the arm"),
+        ("all of it", "say into what, such as \"pour all of it into the red cup\""),
         ("move the jar", "say where to, such as \"move the transparent jar to the table\""),
     ] {
         let Meaning::Unknown { help } = read(said, &[], &nothing) else { panic!("{said}") };

@@ -159,6 +159,11 @@ const SAID: &[(&str, &str)] = &[
     ("set the die down and then pick it up", "place(die) then pick(die)"),
     ("pour some water", "! \"water\" does not say how much, or of what"),
     ("pour half", "! \"half\" is an amount, and a thing is meant"),
+    ("pour everything", "! \"everything\" is an amount, and a thing is meant"),
+    ("pour all of it", "! \"all of it\" is an amount, and a thing is meant"),
+    ("pour 3 oz of the jar into the red cup", "! `oz` is not a known unit of a volume"),
+    ("pour 2 jiggers of the jar into the red cup", "! `jiggers` is not a known unit of a volume"),
+    ("move the jar 2 spans to the left", "! `spans` is not a known unit of a length"),
     // Not here, not so, not known.
     ("put it down", "! nothing was named before \"it\""),
     ("pour the jar into the cup", "? which cup: red cup or blue cup?"),
@@ -272,6 +277,7 @@ const TOLD: &[(&str, &str)] = &[
     ("move the white die between the cups", "put(die, at: between(red, blue))"),
     // By how far and which way from where it stands.
     ("move the white die 10 cm to the left", "put(die, at: point(-20 cm, 30 cm))"),
+    ("move the white die 2 inches to the left", "put(die, at: point(-15.1 cm, 30 cm))"),
     ("shift the white die 5cm further away", "put(die, at: point(-10 cm, 35 cm))"),
     ("push the white die to the right by 25 millimetres", "push(die, point(-7.5 cm, 30 cm))"),
     ("move the kettle 10 cm back", "! there is no kettle here"),

@@ -2,6 +2,8 @@
 //! another language than English.
 
 use super::knowledge::{Knowledge, Thing};
+use super::resolve::VESSEL;
+use super::share::share;
 
 /// Words that wish the last thing done once more, of an operator in whatever language.
 const AGAIN: &[&str] = &[
@@ -103,6 +105,11 @@ pub fn instead(said: &str, with: &Knowledge<'_>) -> Option<String> {
     let begins = said.split(' ').next().unwrap_or(said);
     if let Some((_, help)) = INSTEAD.iter().find(|(words, _)| words.contains(&begins)) {
         return Some(help.replace("{o}", shown));
+    }
+    if share(said).is_some() {
+        let is_vessel = |thing: &&Thing| with.library.is_a(&thing.kind, VESSEL);
+        let target = with.things.iter().rfind(is_vessel).map_or("cup", Thing::shown);
+        return Some(format!("say into what, such as \"pour {said} into the {target}\""));
     }
     let (verb, rest) = said.split_once(' ')?;
     if CARRYING.contains(&verb) && !rest.contains(" to ") {

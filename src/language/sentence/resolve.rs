@@ -5,13 +5,16 @@ use super::super::library::Library;
 use super::super::text;
 use super::knowledge::{Knowledge, Thing, either};
 use super::share::{LEVEL, WHOLE, level, share};
-use crate::units::{Dimension, Quantity, Unit, convert, suggest_unit};
+use crate::units::{Dimension, Quantity, Unit, convert, suggest_unit, units_of};
 
 /// Words that may stand before the name of a thing and say nothing about which.
 const ARTICLES: &[&str] = &["the", "a", "an", "this", "that", "my", "your", "our", "some"];
 
 /// Words that every thing answers to.
 const ANYTHING: &[&str] = &["one", "thing", "object", "item"];
+
+/// What is poured from and into.
+pub(super) const VESSEL: &str = "Container";
 
 /// What is in vessels.
 const CONTENTS: &[&str] = &["water", "juice", "contents"];
@@ -218,8 +221,8 @@ fn not_understood<'p>(phrase: &'p str, things: &[Thing]) -> Option<(&'p str, &'p
 
 /// Names what there is when what was asked for is not there.
 fn missing(phrase: &str, kind: &str, library: &Library, things: &[Thing]) -> Hindrance {
-    // "Everything" may be all things as well as all of the water.
-    let is_part = share(phrase).is_some_and(|part| part != WHOLE);
+    // "Everything" may be all things as well as all of the water; of vessels it is the water.
+    let is_part = share(phrase).is_some_and(|part| part != WHOLE || kind == VESSEL);
     if is_part || phrase.starts_with(|c: char| c.is_ascii_digit()) {
         let amount = if is_part { phrase } else { "60 mL" };
         let help = Some(format!("say into what, such as \"pour {amount} into the cup\""));
@@ -228,6 +231,9 @@ fn missing(phrase: &str, kind: &str, library: &Library, things: &[Thing]) -> Hin
     if CONTENTS.contains(&phrase) {
         let help = Some("say how much, and into what, such as \"pour 60 mL into the cup\"".into());
         return Hindrance::new(format!("\"{phrase}\" does not say how much, or of what"), help);
+    }
+    if let Some(unit) = unknown_unit(phrase, things) {
+        return no_unit(unit, Dimension::LENGTH);
     }
     if let Some((noun, rest)) = not_understood(phrase, things) {
         let why = format!("\"{rest}\" is not understood behind \"{noun}\"");
@@ -291,14 +297,39 @@ fn quantity(said: &str, dimension: Dimension, slot: &str) -> Result<Vec<Found>, 
     let unit = known.or_else(|| Unit::parse(spelt).is_ok().then_some(spelt));
     let heard = text::quantity(Quantity::number(value));
     let meant = unit.or_else(|| suggest_unit(spelt)).map(|unit| (heard, unit));
+    let is_foreign = meant.is_none();
     let Some((number, unit)) = meant.or_else(|| convert(value, spelt)) else {
-        return nothing(format!("`{said}` has no unit that is known"));
+        return Err(no_unit(spelt, dimension));
     };
     match Unit::parse(unit) {
         Ok(parsed) if parsed.dimension == dimension => {
             let text = format!("{number} {unit}");
             Ok(vec![Found { value: text.clone(), shown: text }])
         }
+        // An ounce may be one of a volume, and is none that is known.
+        _ if is_foreign => Err(no_unit(spelt, dimension)),
         _ => nothing(format!("`{slot}` is {}, and `{said}` is not", dimension.words())),
     }
+}
+
+/// Says that a unit is not known, and which there are.
+fn no_unit(spelt: &str, dimension: Dimension) -> Hindrance {
+    let why = format!("`{spelt}` is not a known unit of {}", dimension.words());
+    let units = either(&units_of(dimension));
+    let help = format!("say it in {units}, such as `60 {}`", dimension.everyday_unit());
+    Hindrance::new(why, Some(help))
+}
+
+/// Returns the unit behind a number behind the name of a thing, where no unit is spelt so: `spans` of `jar 2 spans`.
+fn unknown_unit<'p>(phrase: &'p str, things: &[Thing]) -> Option<&'p str> {
+    let (head, unit) = phrase.rsplit_once(' ')?;
+    let (noun, number) = head.rsplit_once(' ')?;
+    let is_known = Unit::parse(unit).is_ok() || suggest_unit(unit).is_some();
+    let is_other = is_known || BEHIND.contains(&unit) || HOW.contains(&unit);
+    let is_word = unit.chars().all(char::is_alphabetic) && !is_other;
+    let is_named = |thing: &Thing| {
+        let words = thing.words();
+        noun.split(' ').all(|word| words.iter().any(|known| known == word))
+    };
+    (is_word && number.parse::<f64>().is_ok() && things.iter().any(is_named)).then_some(unit)
 }

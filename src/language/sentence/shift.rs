@@ -5,7 +5,7 @@
 
 use super::knowledge::{Knowledge, Spot};
 use super::resolve::{Found, Hindrance};
-use crate::units::{Unit, significant};
+use crate::units::{Dimension, Unit, convert, significant, suggest_unit};
 
 /// What a marked place begins with; nothing that people say.
 const MARK: &str = "@shifted";
@@ -26,15 +26,6 @@ const WAYS: &[(&str, [f64; 2])] = &[
     ("closer", [0.0, -1.0]),
     ("nearer", [0.0, -1.0]),
     ("back", [0.0, -1.0]),
-];
-/// Lengths as people write them out, and as the language does.
-const UNITS: &[(&str, &str)] = &[
-    ("millimetres", "mm"),
-    ("millimeters", "mm"),
-    ("centimetres", "cm"),
-    ("centimeters", "cm"),
-    ("centimetre", "cm"),
-    ("centimeter", "cm"),
 ];
 
 /// Returns a sentence that ends with how far and which way, with those as one place: `move the jar at @shifted 10 cm left`.
@@ -57,13 +48,17 @@ pub(super) fn marked(said: &str) -> Option<String> {
     })
 }
 
-/// Reads `10cm`, as the language would write it: `10 cm`.
+/// Reads `10cm` or `2inches`, as the language would write it: `10 cm`, `5.08 cm`.
 fn length(word: &str) -> Option<String> {
     let digits = word.find(|c: char| !c.is_ascii_digit() && c != '.').filter(|at| *at > 0)?;
-    let (number, unit) = word.split_at(digits);
-    number.parse::<f64>().ok()?;
-    let unit = UNITS.iter().find(|(long, _)| *long == unit).map_or(unit, |(_, short)| *short);
-    matches!(unit, "mm" | "cm" | "m").then(|| format!("{number} {unit}"))
+    let (number, spelt) = word.split_at(digits);
+    let value = number.parse::<f64>().ok()?;
+    // Of "cup 2 in the corner" nothing is an inch.
+    let foreign = if spelt == "in" { None } else { convert(value, spelt) };
+    let own = suggest_unit(spelt).map(|unit| (number.to_owned(), unit));
+    let (number, unit) = own.or(foreign)?;
+    let is_length = Unit::parse(unit).is_ok_and(|unit| unit.dimension == Dimension::LENGTH);
+    is_length.then(|| format!("{number} {unit}"))
 }
 
 /// Returns what the words of a marked place mean until the thing is known; `None` when they are none.
