@@ -134,13 +134,38 @@ impl Session<'_, '_> {
         };
         // Nobody weighs the table while something runs: the scales' word at the end of the last run is the newest.
         let is_spilt = matches!(&value.kind, ExprKind::Call(call) if call.name.text == "spilt");
-        if is_spilt && let Some(told) = self.last.as_deref().and_then(report::run::spilt) {
+        if is_spilt && let Some(told) = self.last.as_deref().and_then(report::water::spilt) {
             self.style.say(told);
             return Ok(true);
         }
         let worth = self.measured(&value, false)?;
+        let worth = self.in_vessel(&value)?.unwrap_or(worth);
         self.style.say(format!("{line} = {worth}"));
         Ok(true)
+    }
+
+    /// Returns what a line that asks for the water in a vessel and nothing else is answered with: how much, and who says so.
+    fn in_vessel(&mut self, value: &Expr) -> Result<Option<String>, Failure> {
+        let ExprKind::Call(call) = &value.kind else { return Ok(None) };
+        let argument = call.args.first().and_then(|arg| arg.values.first());
+        let Some(ExprKind::Name(vessel)) = argument.map(|argument| &argument.kind) else {
+            return Ok(None);
+        };
+        if !matches!(call.name.text.as_str(), "filled" | "volume") {
+            return Ok(None);
+        }
+        let style = self.style;
+        let cell = self.bench.cell()?;
+        let state = cell.state().map_err(|error| report::cell_failure(&error, style))?;
+        let there = state.object(vessel).and_then(|object| object.water);
+        let declared = cell.scene().object(vessel).and_then(|object| object.cavity);
+        let (Some(there), Some(cavity)) = (there, declared) else { return Ok(None) };
+        let told = report::water::in_vessel(there, cavity.filled, self.robot == "twin");
+        let scales = self.last.as_deref().and_then(|run| report::water::on_scales(run, vessel));
+        Ok(Some(match scales {
+            Some(scales) => format!("{told}; {scales}"),
+            None => told,
+        }))
     }
 
     /// Whether what is called in an expression can be asked.

@@ -36,6 +36,7 @@ pub mod plot;
 pub mod trials;
 mod uncalibrated;
 pub mod vqa;
+pub mod water;
 mod way_out;
 pub mod why;
 

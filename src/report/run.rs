@@ -295,7 +295,7 @@ pub fn people(measure: &Measure) -> String {
 }
 
 /// Names the scales of a robot: the laboratory's are its own, a real arm's stand beside it.
-fn scales_of(robot: &str) -> String {
+pub(super) fn scales_of(robot: &str) -> String {
     if robot.contains("://") {
         format!("the scales beside {robot}")
     } else {
@@ -312,19 +312,6 @@ fn volumes(water: &Water) -> String {
         vessels.iter().map(|(name, volume)| format!("{name} {volume:.1} mL")).collect();
     told.push(format!("spilt {:.1} mL", water.spilt_ml));
     told.join(", ")
-}
-
-/// Words what the scales say of spilt water at the end of a run; `None` where none were read.
-pub fn spilt(run: &Run) -> Option<String> {
-    let water = run.water.as_ref()?;
-    // Told to a tenth.
-    let (begins, help) = if water.spilt_ml < 0.05 {
-        ("nothing spilt", "")
-    } else {
-        ("spilt", "; `:why` says how it went")
-    };
-    let scales = scales_of(&water.measured_by);
-    Some(format!("{begins} by the end of {}: {:.1} mL on {scales}{help}", run.task, water.spilt_ml))
 }
 
 /// Words how evenly positions were streamed to an arm.
@@ -448,30 +435,4 @@ pub fn ending(run: &Run, style: Style) -> String {
         let _ = write!(text, "\n  run folder: {dir}");
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Run, Water, spilt};
-
-    /// "Did it spill?" was answered with a help about something else, though the scales had said it.
-    #[test]
-    fn what_is_spilt_is_told_by_the_scales_of_the_last_run() {
-        let mut run = Run::so_far("pour(jar, cup)", &[]);
-        assert_eq!(spilt(&run), None);
-        let water = |spilt_ml| Water {
-            in_target_ml: 148.0,
-            in_source_ml: 0.3,
-            vessels_ml: Vec::new(),
-            spilt_ml,
-            measured_by: "lab".into(),
-        };
-        run.water = Some(water(0.04));
-        let told = spilt(&run).unwrap();
-        assert_eq!(told, "nothing spilt by the end of pour(jar, cup): 0.0 mL on the lab's scales");
-        run.water = Some(water(3.21));
-        let told = spilt(&run).unwrap();
-        assert!(told.starts_with("spilt by the end of pour(jar, cup): 3.2 mL on"), "{told}");
-        assert!(told.ends_with("`:why` says how it went"), "{told}");
-    }
 }
