@@ -165,6 +165,12 @@ fn arguments_that_do_not_fit_a_call_are_told() {
             "what fits here: cup, jar",
         ),
         (
+            "open_drawer(jar)",
+            "task::type",
+            "`d` is a Drawer, and `jar` is a Container",
+            "nothing in this scene is a Drawer; `?Drawer` at the prompt says what one is",
+        ),
+        (
             "pour jar cup",
             "task::call",
             "what `pour` acts on stands in parentheses",

@@ -262,15 +262,19 @@ impl Checker<'_> {
             (Ty::Quantity(d), Ty::Quantity(other)) if !other.is_none() => {
                 found.help(format!("write {}, such as `{}`", d.words(), sample(*d)))
             }
-            (Ty::Object(wanted), Ty::Object(_)) => {
+            (Ty::Object(kind), Ty::Object(_)) => {
                 let fitting: Vec<&str> = self
                     .scope
                     .objects
                     .iter()
-                    .filter(|(_, ty)| self.library.is_a(ty, wanted))
+                    .filter(|(_, ty)| self.library.is_a(ty, kind))
                     .map(|(name, _)| name.as_str())
                     .collect();
-                if fitting.is_empty() {
+                let is_here = |name: &String| self.scope.objects.contains_key(name);
+                let is_thing = matches!(&value.kind, ExprKind::Name(name) if is_here(name));
+                if fitting.is_empty() && is_thing {
+                    found.help(none_here(wanted, kind))
+                } else if fitting.is_empty() {
                     found
                 } else {
                     found.help(format!("what fits here: {}", fitting.join(", ")))
@@ -288,6 +292,12 @@ impl Checker<'_> {
         };
         self.tell(found);
     }
+}
+
+/// Says that nothing in the scene is of a type, and where it is told what such a thing is.
+fn none_here(wanted: &Ty, kind: &str) -> String {
+    let wanted = wanted.words();
+    format!("nothing in this scene is {wanted}; `?{kind}` at the prompt says what one is")
 }
 
 /// Returns the one value that a call gives for a parameter.

@@ -269,7 +269,11 @@ fn missing(phrase: &str, kind: &str, library: &Library, things: &[Thing]) -> Hin
 fn list(kind: &str, library: &Library, things: &[Thing]) -> Option<String> {
     let fitting: Vec<&str> =
         things.iter().filter(|t| library.is_a(&t.kind, kind)).map(Thing::shown).collect();
-    (!fitting.is_empty()).then(|| format!("what fits here: {}", fitting.join(", ")))
+    match fitting.as_slice() {
+        [] if kind == builtins::OBJECT => None,
+        [] => Some(format!("nothing here is {}; `?{kind}` says what one is", of(kind))),
+        fitting => Some(format!("what fits here: {}", fitting.join(", "))),
+    }
 }
 
 /// `60 ml`, `60 millilitres`, `12 cm`.
