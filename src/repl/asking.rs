@@ -50,6 +50,18 @@ impl Session<'_, '_> {
             self.tell_about(word);
             return Ok(true);
         }
+        if let Some((callable, _)) = self.library.callable(word) {
+            let needed = callable.params().iter().filter(|param| param.default.is_none());
+            let needed: Vec<&str> = needed.map(|param| param.name.text.as_str()).collect();
+            let help = if needed.is_empty() {
+                format!("write `{word}()`")
+            } else {
+                let args = needed.join(", ");
+                format!("write `{word}({args})` with what it acts on; `?{word}` says more")
+            };
+            let words = format!("`{word}` is called with parentheses");
+            return Err(Failure::input("task::call", words).help(help));
+        }
         if matches!(word, "y" | "yes" | "n" | "no") {
             return Err(Failure::input("repl::unasked", format!("`{word}` answers nothing")).help(
                 "a question that was asked is gone with the next line; type the call again",
