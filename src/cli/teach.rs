@@ -191,7 +191,9 @@ fn forget_typed(editor: &mut DefaultEditor) -> rustyline::Result<()> {
     let history = std::mem::take(editor.history_mut());
     *editor = DefaultEditor::with_history(rustyline::Config::default(), history)?;
     if was_any {
-        report::complain("lines typed before this question are left out");
+        report::complain(
+            "lines typed before this question are left out; only Ctrl-C stops the arm",
+        );
     }
     Ok(())
 }

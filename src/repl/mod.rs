@@ -348,7 +348,9 @@ impl<'scope, 'env> Session<'scope, 'env> {
     /// Forgets what was typed before a question is shown: it is no answer to it.
     fn forget_typed(&mut self) {
         if self.lines.forget() {
-            report::complain("lines typed before this question are left out");
+            report::complain(
+                "lines typed before this question are left out; only Ctrl-C stops the arm",
+            );
         }
     }
 
