@@ -78,8 +78,9 @@ pub(super) fn outputs(draft: &mut Draft) {
         draft.add(("output_drift", name), &[p("rate", "drift", per_time, &[0.0])], &[], |n| {
             wrap(format!("{{}} + {}*t", n[0]))
         });
-        if range.span() > 0.0 {
-            let at = |part: f64| range.low + part * range.span();
+        // A sensor reads zero as well: an end that keeps it from there is none.
+        if range.span() > 0.0 && range.high > 0.0 {
+            let at = |part: f64| (range.low + part * range.span()).max(0.0);
             draft.add(
                 ("output_saturation", name),
                 &[p("limit", "limit", dimension, &[at(0.98), at(0.9)])
