@@ -278,7 +278,7 @@ fn nearest_sentence(said: &str, with: &Knowledge<'_>) -> String {
     let spoken: Vec<&str> = said.split(' ').collect();
     let mut best: Option<(usize, String)> = None;
     let mut first: Option<String> = None;
-    if let Some(help) = advice::instead(said, with) {
+    if let Some(help) = instead(said, with) {
         return help;
     }
     if question::begins(said) {
