@@ -21,6 +21,7 @@ mod schema;
 mod rig;
 mod sheet;
 mod sights;
+mod arm;
 mod execution;
 mod bridge;
 mod emulator;

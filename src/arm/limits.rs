@@ -46,14 +46,13 @@ impl Cleared {
 /// Where an arm that is led is to be a control period later, after it has passed the limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClearedTick {
-    q: Vec<f64>,
-    dq: Vec<f64>,
+    at: Sample,
 }
 
 impl ClearedTick {
-    /// Returns joint positions, rad, and speeds, rad/s.
-    pub fn into_order(self) -> (Vec<f64>, Vec<f64>) {
-        (self.q, self.dq)
+    /// Returns joint positions, rad, speeds, rad/s, and what accelerations lead to these, rad/s².
+    pub fn into_order(self) -> Sample {
+        self.at
     }
 }
 
@@ -219,7 +218,7 @@ impl Limits {
             let (height_mm, floor_mm) = (is * 1e3, self.floor * 1e3);
             return Err(LimitError::Floor { height_mm, floor_mm, time_s });
         }
-        Ok(ClearedTick { q: at.q, dq: at.dq })
+        Ok(ClearedTick { at })
     }
 
     /// Whether joint positions, speeds and accelerations are some that the robot has and may use; a joint may be as far

@@ -8,6 +8,9 @@ use std::f64::consts::TAU;
 
 use super::limits::{Cleared, ClearedGrip};
 use super::{Arm, Cancel, DeviceError, Feedback, Grip, Leader};
+pub use crate::motion::braking::Brake;
+use crate::motion::braking::Braking;
+use crate::motion::trajectory::Sample;
 
 /// Something with an arm that is stepped through time.
 pub trait Plant: Send {
@@ -69,9 +72,6 @@ const LATE: f64 = 0.2;
 const BEHIND_FOR: (f64, f64) = (0.1, 0.5);
 /// A command that is slower rests, rad/s.
 const RESTING: f64 = 1e-6;
-/// How fast a stopped joint is slowed down, rad/s²: under the 4.94 rad/s² of the arm's hard limits (MoveIt
-/// configuration of `ros_kortex`), so that the servo keeps up and nothing is shaken.
-const BRAKE: f64 = 4.0;
 /// After braking the arm is given at most this long to come to rest, s, below this speed, rad/s.
 const REST: (f64, f64) = (0.4, 0.01);
 /// A joint that is held where it is, farther than this from its command, is commanded from there on, rad: the most by which a path may begin
@@ -85,8 +85,11 @@ const THERE: f64 = 3e-3;
 /// The arm of a plant.
 pub struct Ticked<P> {
     plant: P,
+    /// What each joint may do while it is brought to rest.
+    brakes: Vec<Brake>,
     q_cmd: Vec<f64>,
     dq_cmd: Vec<f64>,
+    ddq_cmd: Vec<f64>,
     /// Where the fingers are to go, and in how many ticks.
     fingers: Option<(ClearedGrip, usize)>,
     /// Where something stopped the fingers when they were sent last, and where they were sent, m.
@@ -100,14 +103,17 @@ pub struct Ticked<P> {
 }
 
 impl<P: Plant> Ticked<P> {
-    /// Takes hold of the arm where it stands.
-    pub fn new(mut plant: P) -> Self {
+    /// Takes hold of the arm where it stands; `brakes` has an entry for each joint.
+    pub fn new(mut plant: P, brakes: Vec<Brake>) -> Self {
         let q_cmd = plant.report().q;
         let dq_cmd = vec![0.0; q_cmd.len()];
+        let ddq_cmd = dq_cmd.clone();
         Self {
             plant,
+            brakes,
             q_cmd,
             dq_cmd,
+            ddq_cmd,
             fingers: None,
             stalled: None,
             lately: VecDeque::new(),
@@ -121,7 +127,7 @@ impl<P: Plant> Ticked<P> {
         seconds: f64,
         cancel: &Cancel,
         watch: &mut dyn FnMut(&Feedback),
-        mut command: impl FnMut(f64) -> Option<(Vec<f64>, Vec<f64>)>,
+        mut command: impl FnMut(f64) -> Option<Sample>,
     ) -> Result<(), DeviceError> {
         let ticks = (seconds / PERIOD).ceil() as usize;
         for tick in 0..ticks {
@@ -137,7 +143,7 @@ impl<P: Plant> Ticked<P> {
     /// Sends an order, if there is one, and lets one period pass; an arm that does not follow is slowed down, and so is one that errs.
     fn tick(
         &mut self,
-        order: Option<(Vec<f64>, Vec<f64>)>,
+        order: Option<Sample>,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
         self.send(order, watch).map_err(|error| self.errs(error, watch))?;
@@ -192,7 +198,7 @@ impl<P: Plant> Ticked<P> {
     /// Sends an order, if there is one, and lets one period pass.
     fn send(
         &mut self,
-        order: Option<(Vec<f64>, Vec<f64>)>,
+        order: Option<Sample>,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
         let sent = self.pass(order);
@@ -202,16 +208,16 @@ impl<P: Plant> Ticked<P> {
         Ok(())
     }
 
-    fn pass(&mut self, order: Option<(Vec<f64>, Vec<f64>)>) -> Result<(), DeviceError> {
+    fn pass(&mut self, order: Option<Sample>) -> Result<(), DeviceError> {
         if self.plant.most_behind().is_some() {
             self.lately.push_back(self.q_cmd.clone());
             if self.lately.len() as f64 * PERIOD > LATE {
                 self.lately.pop_front();
             }
         }
-        if let Some((q, dq)) = order {
+        if let Some(Sample { q, dq, ddq }) = order {
             self.plant.command(&q, &dq)?;
-            (self.q_cmd, self.dq_cmd) = (q, dq);
+            (self.q_cmd, self.dq_cmd, self.ddq_cmd) = (q, dq, ddq);
         }
         match &mut self.fingers {
             Some((grip, 0)) => {
@@ -247,7 +253,7 @@ impl<P: Plant> Ticked<P> {
         error
     }
 
-    /// Slows all joints down together from the speed they were last sent at, and waits until they rest.
+    /// Slows all joints down together from how they were last sent, as fast as their limits allow, and waits until they rest.
     ///
     /// The command never jumps: a joint sent back to where its encoder was read would swing past and
     /// return, and what it carries would spill. Only a joint that has not followed is sent back, so that it does not leap when
@@ -256,20 +262,13 @@ impl<P: Plant> Ticked<P> {
         // What has not begun is not begun any more.
         self.fingers = None;
         let is_stuck = self.gives_up_stuck();
-        let (q, dq) = (self.q_cmd.clone(), self.dq_cmd.clone());
-        let fastest = dq.iter().fold(0.0_f64, |fastest, dq| fastest.max(dq.abs()));
+        let sent =
+            Sample { q: self.q_cmd.clone(), dq: self.dq_cmd.clone(), ddq: self.ddq_cmd.clone() };
+        let braking = Braking::of(&sent, &self.brakes);
         let least = if is_stuck { PERIOD } else { 0.0 };
-        let duration = (fastest / BRAKE).max(least);
-        let ticks = (duration / PERIOD).ceil() as usize;
+        let ticks = (braking.duration().max(least) / PERIOD).ceil() as usize;
         for tick in 1..=ticks {
-            let t = (tick as f64 * PERIOD).min(duration);
-            let left = 1.0 - t / duration;
-            let way = t - t * t / (2.0 * duration);
-            let order = (
-                q.iter().zip(&dq).map(|(q, dq)| q + dq * way).collect(),
-                dq.iter().map(|dq| dq * left).collect(),
-            );
-            self.send(Some(order), watch)?;
+            self.send(Some(braking.sample(tick as f64 * PERIOD)), watch)?;
         }
         let (longest, slow) = REST;
         for _ in 0..(longest / PERIOD) as usize {
@@ -289,6 +288,7 @@ impl<P: Plant> Ticked<P> {
         for (joint, _) in lag.iter().enumerate().filter(|(_, lag)| **lag > most) {
             self.q_cmd[joint] -= ahead[joint];
             self.dq_cmd[joint] = 0.0;
+            self.ddq_cmd[joint] = 0.0;
             is_any = true;
         }
         is_any
@@ -301,6 +301,7 @@ impl<P: Plant> Ticked<P> {
             *q -= ahead;
         }
         self.dq_cmd.fill(0.0);
+        self.ddq_cmd.fill(0.0);
         self.lately.clear();
         self.behind = 0;
     }
@@ -360,8 +361,12 @@ impl<P: Plant> Arm for Ticked<P> {
         let trajectory = trajectory.trajectory();
         let duration = trajectory.duration();
         self.run(duration + SETTLE, cancel, watch, |t| {
-            let at = trajectory.sample(t.min(duration));
-            Some((at.q, at.dq))
+            let mut at = trajectory.sample(t.min(duration));
+            if t >= duration {
+                // Its end may be one at which a spline still bends; the arm stays there.
+                at.ddq.fill(0.0);
+            }
+            Some(at)
         })?;
         self.arrive(cancel, watch)
     }

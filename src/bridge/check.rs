@@ -28,6 +28,10 @@ pub struct Joint {
     pub range: (f64, f64),
     /// What its motor may carry, N·m or N; infinite where nobody says.
     pub effort: f64,
+    /// Its highest acceleration, rad/s² or m/s², by which it is brought to rest.
+    pub acceleration: f64,
+    /// Its highest jerk, rad/s³ or m/s³.
+    pub jerk: f64,
 }
 
 /// So many times beyond its effort a joint's torque is in another unit. Chosen: a torque sensor feels a knock of a few times the effort;

@@ -12,7 +12,7 @@ use super::error::Error;
 use super::link::Link;
 use super::wire::{Aim, Hello, Size, Step, Told};
 use crate::alignment::decode;
-use crate::arm::ticked::{Plant, Ticked};
+use crate::arm::ticked::{Brake, Plant, Ticked};
 use crate::arm::{Camera, Cancel, DeviceError, Feedback, Film, Scales, SmallShot, Weighing};
 
 /// The connection, shared by its arm, camera and scales.
@@ -39,6 +39,12 @@ pub struct Bridged {
 ///
 /// [`Error`].
 pub fn connect(place: &str, wanted: Wanted, cancel: Cancel) -> Result<Bridged, Error> {
+    let brakes = wanted.joints.iter().map(|joint| Brake {
+        range: joint.range,
+        acceleration: joint.acceleration,
+        jerk: joint.jerk,
+    });
+    let brakes = brakes.collect();
     let (mut link, hello) = Link::open(place, wanted, cancel)?;
     let told = link.feedback()?;
     let link = Arc::new(Mutex::new(link));
@@ -51,7 +57,7 @@ pub fn connect(place: &str, wanted: Wanted, cancel: Cancel) -> Result<Bridged, E
         next: Step::default(),
     };
     Ok(Bridged {
-        arm: Ticked::new(plant),
+        arm: Ticked::new(plant, brakes),
         camera: hello.camera.map(|size| BridgeCamera {
             link: link.clone(),
             size,

@@ -50,10 +50,12 @@ pub(super) fn devices(
     scene: &Scene,
     args: &CellArgs,
 ) -> Result<Devices, Error> {
-    let joints = robot.joints().iter().map(|joint| Joint {
+    let joints = robot.joints().iter().zip(Limits::of(robot).jerk).map(|(joint, jerk)| Joint {
         name: joint.name.clone(),
         range: (joint.lower, joint.upper),
         effort: joint.effort,
+        acceleration: joint.acceleration,
+        jerk,
     });
     let wanted = Wanted {
         robot: scene.robot.clone(),

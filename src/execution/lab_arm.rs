@@ -30,7 +30,8 @@ pub struct LabScales(pub SharedLab);
 
 /// Connects to the lab's arm where it stands.
 pub fn connect(lab: SharedLab) -> LabArm {
-    Ticked::new(plant(lab))
+    let brakes = lock(&lab).brakes();
+    Ticked::new(plant(lab), brakes)
 }
 
 /// Returns the lab's arm as something that is stepped, for a controller of its own.

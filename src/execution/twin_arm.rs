@@ -9,7 +9,7 @@ use crate::world::WorldState;
 use super::body::Body;
 use super::body::Sight;
 use super::wording;
-use crate::arm::ticked::{Plant, Ticked};
+use crate::arm::ticked::{Brake, Plant, Ticked};
 use crate::arm::{Arm, DeviceError, Feedback, Grip};
 
 /// A twin that several handles share: its arm, and those who ask for its state.
@@ -72,7 +72,8 @@ pub struct TwinBody {
 impl TwinBody {
     /// Takes a twin in a context.
     pub fn new(twin: SharedTwin) -> Self {
-        Self { arm: Ticked::new(TwinPlant(twin.clone())), twin, given: BTreeSet::new() }
+        let brakes = Brake::of(lock(&twin).robot());
+        Self { arm: Ticked::new(TwinPlant(twin.clone()), brakes), twin, given: BTreeSet::new() }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! [`Robot`] is read from a URDF and constant. [`ik`] turns a pose into joint positions, [`rrt`] joint
 //! positions into a collision-free path through a [`collision::CollisionWorld`] by a search, [`rmpflow`] by policies, [`trajectory`] a path
-//! into joints over time within their limits; [`giving_way`] moves on tick by tick among things that move. Nothing here knows physics beyond rigid-body torques, and
+//! into joints over time within their limits; [`braking`] brings them to rest out of any motion; [`giving_way`] moves on tick by tick among things that move. Nothing here knows physics beyond rigid-body torques, and
 //! nothing moves an arm.
 //!
 //! ```
@@ -106,6 +106,7 @@ mod passing;
 mod looks;
 mod timing;
 pub mod trajectory;
+pub mod braking;
 pub mod sights;
 pub mod giving_way;
 pub mod cartesian;

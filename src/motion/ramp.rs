@@ -40,7 +40,7 @@ pub(super) struct Along {
 
 impl Along {
     /// Returns the spans from a speed, pushed already, up to a highest one.
-    fn up(&self, v: f64, a: f64, highest: f64) -> [Span; 3] {
+    pub(super) fn up(&self, v: f64, a: f64, highest: f64) -> [Span; 3] {
         let gain = highest - v;
         let peak = (self.j * gain + 0.5 * a * a).max(0.0).sqrt().clamp(a, self.a.max(a));
         let held = (gain - (2.0 * peak * peak - a * a) / (2.0 * self.j)) / peak.max(1e-12);

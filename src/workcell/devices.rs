@@ -5,7 +5,7 @@
 use std::sync::{Arc, Mutex};
 
 use crate::arm::paced::Paced;
-use crate::arm::ticked::Ticked;
+use crate::arm::ticked::{Brake, Ticked};
 use crate::arm::{Arm, Camera, Cancel, Scales};
 use crate::execution::lab_arm::{self, LabCamera, LabPlant, LabScales, SharedLab};
 use crate::lab::{Lab, LabSettings};
@@ -72,7 +72,8 @@ pub(super) fn laboratory_devices(
     let lab = lab_of(robot, scene, options)?;
     let mut devices = of_lab(lab.clone());
     if options.is_real_time {
-        devices.arm = Box::new(Ticked::new(Paced::new(lab_arm::plant(lab), options.clock)));
+        let paced = Paced::new(lab_arm::plant(lab), options.clock);
+        devices.arm = Box::new(Ticked::new(paced, Brake::of(robot)));
     }
     Ok(devices)
 }

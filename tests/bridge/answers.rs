@@ -14,7 +14,13 @@ pub(super) fn connect(place: &str, robot: &str, joints: &[&str]) -> Result<Bridg
 }
 
 fn wanted(robot: &str, joints: &[&str]) -> Wanted {
-    let joint = |name: &&str| Joint { name: (*name).to_owned(), range: (-3.0, 3.0), effort: 39.0 };
+    let joint = |name: &&str| Joint {
+        name: (*name).to_owned(),
+        range: (-3.0, 3.0),
+        effort: 39.0,
+        acceleration: 4.94,
+        jerk: 98.8,
+    };
     let joints = joints.iter().map(joint).collect();
     Wanted { robot: robot.to_owned(), joints, max_opening: 0.085 }
 }

@@ -13,6 +13,8 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::arm::limits::Cleared;
 use crate::arm::{Arm, Cancel, Feedback};
+use crate::motion::Robot;
+use crate::motion::braking::{Brake, Braking};
 use crate::motion::collision::{CollisionWorld, Obstacle};
 use crate::motion::free::Means;
 use crate::motion::giving_way::GivingWay;
@@ -43,9 +45,8 @@ const PASSED: f64 = 0.03;
 const GROWN: f64 = 0.05;
 /// How often it is looked at, s.
 const EVERY: f64 = 0.02;
-/// From a wish to stop to the beginning of braking, s; and how joints brake, rad/s², as arms do.
+/// From a wish to stop to the beginning of braking, s.
 const REACTION: f64 = 0.1;
-const BRAKE: f64 = 4.0;
 /// What stays in the way for so long is waited for no longer, s.
 pub(super) const PATIENCE: f64 = 20.0;
 /// From one look whether the way is free to the next, s; and so much of the way, s.
@@ -166,8 +167,8 @@ impl Guard {
         if self.stopped.is_some() {
             return true;
         }
-        let rests = at_rest(&feedback.q, &feedback.dq, REACTION);
-        let time = feedback.time + REACTION + braking(&feedback.dq);
+        let (rests, since) = at_rest(&self.cell.robot, &feedback.q, &feedback.dq, REACTION);
+        let time = feedback.time + since;
         let expected: Vec<_> =
             self.around.at(time).map(|(name, at, r)| (name.to_owned(), at, r)).collect();
         for (name, at, radius) in expected {
@@ -246,15 +247,16 @@ impl Guard {
     }
 }
 
-/// Returns how long joints at these speeds (rad/s) brake, all together, s.
-fn braking(dq: &[f64]) -> f64 {
-    dq.iter().fold(0.0_f64, |fastest, dq| fastest.max(dq.abs())) / BRAKE
-}
-
-/// Returns where joints come to rest, rad, that begin to brake in `wait` s.
-fn at_rest(q: &[f64], dq: &[f64], wait: f64) -> Vec<f64> {
-    let way = wait + 0.5 * braking(dq);
-    q.iter().zip(dq).map(|(q, dq)| q + dq * way).collect()
+/// Returns where joints that move at `dq` (rad/s) come to rest, rad, that begin to brake in `wait` s, as arms do; and when, s.
+fn at_rest(robot: &Robot, q: &[f64], dq: &[f64], wait: f64) -> (Vec<f64>, f64) {
+    let then = Sample {
+        q: q.iter().zip(dq).map(|(q, dq)| q + dq * wait).collect(),
+        dq: dq.to_vec(),
+        ddq: vec![0.0; dq.len()],
+    };
+    let braking = Braking::of(&then, &Brake::of(robot));
+    let lasts = braking.duration();
+    (braking.sample(lasts).q, wait + lasts)
 }
 
 /// Carries a place in the world into the robot's base.
@@ -475,7 +477,7 @@ impl Led<'_> {
         let [(from, a), (to, b)] = &self.samples;
         let share = if to > from { ((time - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
         let (q, dq) = (mix(&a.q, &b.q, share), mix(&a.dq, &b.dq, share));
-        let rests = at_rest(&q, &dq, 0.0);
+        let (rests, _) = at_rest(&self.cell.robot, &q, &dq, 0.0);
         (self.world.free(&q) && self.world.free(&rests)).then_some([q, dq])
     }
 
