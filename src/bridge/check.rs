@@ -38,6 +38,10 @@ pub struct Joint {
 /// mN·m are a thousand times more.
 const TIMES_EFFORT: f64 = 10.0;
 
+/// Fingers that are closed may be told to be open by so much less than nothing, m: their zero is off. Chosen: an encoder's zero is off by
+/// some tenths of a millimetre.
+const BELOW_NOTHING: f64 = 0.005;
+
 /// Returns which number of feedback that cannot be read is none: JSON has no word for it, and programs write `NaN` or `null`.
 pub(super) fn no_number(line: &[u8], request: &'static str) -> Option<Error> {
     let text = std::str::from_utf8(line).ok()?.to_owned();
@@ -94,7 +98,7 @@ pub(super) fn wrong(
 }
 
 /// Returns which number cannot be in SI units. A joint may be a whole turn out of its range, as some encoders count, fingers be read
-/// a little beyond theirs, and a torque be some times its joint's effort: what is told here is no measurement of this robot.
+/// beyond their widest, and a torque be some times its joint's effort: what is told here is no measurement of this robot.
 fn in_other_units(told: &Told, request: &'static str, wanted: &Wanted) -> Option<Error> {
     let other = |field, joint, value, range, probably| {
         Some(Error::Units { request, field, joint, value, range, probably })
@@ -115,7 +119,10 @@ fn in_other_units(told: &Told, request: &'static str, wanted: &Wanted) -> Option
         }
     }
     let widest = wanted.max_opening;
-    let fits = |opening: f64| (-widest..=2.0 * widest).contains(&opening);
+    if widest > 0.0 && (-2.0 * widest..-BELOW_NOTHING).contains(&told.opening) {
+        return Some(Error::Negative { request, opening_mm: told.opening * 1e3 });
+    }
+    let fits = |opening: f64| (-BELOW_NOTHING..=2.0 * widest).contains(&opening);
     if widest > 0.0 && !fits(told.opening) {
         let probably = fits(told.opening / 1e3).then_some(Unit::Millimetres);
         return other("opening", None, told.opening, (0.0, widest), probably);

@@ -166,6 +166,16 @@ pub enum Error {
         /// In which unit it would be well.
         probably: Option<Unit>,
     },
+    /// Fingers are open by less than nothing.
+    #[error(
+        "`opening` in the answer to `{request}` is {opening_mm:.0} mm: a gripper cannot open by less than 0"
+    )]
+    Negative {
+        /// What was asked.
+        request: &'static str,
+        /// What it says, mm.
+        opening_mm: f64,
+    },
     /// An answer waits though nothing was asked.
     #[error("after its answer to `{after}` the bridge sent another that nobody asked for")]
     Unasked {
@@ -256,6 +266,9 @@ impl Error {
             }
             Self::Units { field: "tau", .. } => {
                 "the protocol has N*m; if these are, mend the joint's `effort` in the robot's URDF"
+            }
+            Self::Negative { .. } => {
+                "is its sign turned, or its zero off? Closed fingers are open by 0 m"
             }
             Self::Units { .. } => "the protocol has SI units: rad, rad/s, m, s, N·m",
             Self::ClockLeaps { leap, asked } if (0.5..=2.0).contains(&(leap / asked / MILLI)) => {

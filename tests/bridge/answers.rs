@@ -135,6 +135,16 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
             told(6.0).replace("0.08", "80.0"),
             "`opening` in the answer to `step` is 80.00, far outside",
         ),
+        // Fingers 50 mm less open than closed were taken for closed ones, and a plan for one that nobody could carry out.
+        (
+            told(6.0).replace("0.08", "-0.05"),
+            "`opening` in the answer to `step` is -50 mm: a gripper cannot open by less than 0",
+        ),
+        (told(6.0).replace("0.08", "-0.006"), "is -6 mm: a gripper cannot open by less than 0"),
+        (
+            told(6.0).replace("0.08", "-80.0"),
+            "`opening` in the answer to `step` is -80.00, far outside",
+        ),
         (told(9.0), "the bridge's clock went on by 4.000 s, though 0.004 s were to pass"),
         (told(4.0), "the bridge's clock went back from 5.000000 s to 4.000000 s"),
         (moving("head", 0.0), "number 2 of `moving` in the answer to `step` is no ball"),
@@ -153,6 +163,19 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
         assert!(!error.help().is_empty());
         assert_eq!(asked, ["hello", "feedback", "step", "stop"], "{what}");
     }
+}
+
+/// An encoder's zero is off by a little.
+#[test]
+fn fingers_may_be_told_a_little_less_than_closed() {
+    let mut count = 0;
+    let (place, _) = serve(move |_| {
+        count += 1;
+        let closed = |t: f64| told(t).replace("0.08", "-0.002");
+        Some(if count == 1 { hello() } else { closed(5.0 + 0.004 * f64::from(count)) })
+    });
+    let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
+    arm.wait(0.1, &Cancel::default(), &mut |_| {}).unwrap();
 }
 
 /// A frozen encoder let a run go through fourteen steps; a clock that stood was never noticed.
