@@ -28,6 +28,8 @@ pub struct Joint {
     pub range: (f64, f64),
     /// What its motor may carry, N·m or N; infinite where nobody says.
     pub effort: f64,
+    /// Its highest speed, rad/s or m/s.
+    pub velocity: f64,
     /// Its highest acceleration, rad/s² or m/s², by which it is brought to rest.
     pub acceleration: f64,
     /// Its highest jerk, rad/s³ or m/s³.
@@ -41,6 +43,45 @@ const TIMES_EFFORT: f64 = 10.0;
 /// Fingers that are closed may be told to be open by so much less than nothing, m: their zero is off. Chosen: an encoder's zero is off by
 /// some tenths of a millimetre.
 const BELOW_NOTHING: f64 = 0.005;
+
+/// A joint that is told to have turned by more, rad, and so many times faster than it can, is another or has another sign. Chosen: twice what a
+/// joint may be behind its command, since less is told as that; and clocks may be coarse.
+const LEAP: f64 = 0.4;
+const TIMES_SPEED: f64 = 3.0;
+
+/// Numbers that stay the same to the last bit for longer, s, while commands go on by more, rad, are not read from the arm, if by them it moves.
+/// Chosen: a server may read its arm four times a second; a joint that does not follow is known later.
+const FROZEN: (f64, f64) = (0.25, 0.1);
+
+/// Feedback that does not change while commands do.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Unchanged {
+    /// The server's time, s, and what was commanded, rad, when it began.
+    since: Option<(f64, Vec<f64>)>,
+}
+
+impl Unchanged {
+    /// Takes in feedback after the one `before` and what was commanded with it, rad; returns what is wrong, if that has gone on for too
+    /// long. An arm at rest is none of it.
+    pub(super) fn takes(
+        &mut self,
+        before: &Told,
+        told: &Told,
+        sent: Option<&[f64]>,
+    ) -> Option<Error> {
+        let rests = told.dq.iter().all(|dq| dq.abs() <= 0.0);
+        if rests || told.q != before.q || told.dq != before.dq {
+            self.since = None;
+            return None;
+        }
+        let sent = sent?;
+        let (begin, from) = self.since.get_or_insert_with(|| (before.t, sent.to_vec()));
+        let moved = sent.iter().zip(from.iter()).map(|(to, from)| (to - from).abs());
+        let (passed_s, moved) = (told.t - *begin, moved.fold(0.0, f64::max));
+        (passed_s > FROZEN.0 && moved > FROZEN.1)
+            .then(|| Error::Frozen { passed_s, sent_deg: moved.to_degrees() })
+    }
+}
 
 /// Returns which number of feedback that cannot be read is none: JSON has no word for it, and programs write `NaN` or `null`.
 pub(super) fn no_number(line: &[u8], request: &'static str) -> Option<Error> {
@@ -59,12 +100,12 @@ pub(super) fn no_number(line: &[u8], request: &'static str) -> Option<Error> {
     none.next().map(|field| Error::NotFinite { request, field, joint: None })
 }
 
-/// Returns what is wrong with feedback, if anything is; `before` is the time of the feedback before it, s.
+/// Returns what is wrong with feedback, if anything is; `before` is the feedback before it.
 pub(super) fn wrong(
     told: &Told,
     request: &'static str,
     wanted: &Wanted,
-    before: Option<f64>,
+    before: Option<&Told>,
 ) -> Option<Error> {
     let joints = wanted.joints.len();
     let lists = [("q", &told.q), ("dq", &told.dq), ("tau", &told.tau)];
@@ -93,8 +134,25 @@ pub(super) fn wrong(
             return Some(Error::Mover { request, which: at + 1 });
         }
     }
-    let from = before?;
-    (told.t < from).then_some(Error::ClockWentBack { from, to: told.t })
+    let before = before?;
+    if told.t < before.t {
+        return Some(Error::ClockWentBack { from: before.t, to: told.t });
+    }
+    leaps(told, request, wanted, before)
+}
+
+/// Returns which joint was nowhere near here at the feedback before; whole turns are no distance.
+fn leaps(told: &Told, request: &'static str, wanted: &Wanted, before: &Told) -> Option<Error> {
+    let within_s = told.t - before.t;
+    let ways = told.q.iter().zip(&before.q).map(|(q, from)| q - from);
+    for (at, (way, joint)) in ways.zip(&wanted.joints).enumerate() {
+        let turned = (way - TAU * (way / TAU).round()).abs();
+        if turned > LEAP + TIMES_SPEED * joint.velocity * within_s {
+            let (turned_deg, limit_deg_s) = (turned.to_degrees(), joint.velocity.to_degrees());
+            return Some(Error::Leap { request, joint: at + 1, turned_deg, within_s, limit_deg_s });
+        }
+    }
+    None
 }
 
 /// Returns which number cannot be in SI units. A joint may be a whole turn out of its range, as some encoders count, fingers be read

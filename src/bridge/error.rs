@@ -176,6 +176,33 @@ pub enum Error {
         /// What it says, mm.
         opening_mm: f64,
     },
+    /// A joint is far from where it was just before.
+    #[error(
+        "`q` of joint {joint} in the answer to `{request}` changed by {turned_deg:.0} deg within {:.0} ms: it turns at {limit_deg_s:.0} deg/s at most",
+        .within_s * 1e3
+    )]
+    Leap {
+        /// What was asked.
+        request: &'static str,
+        /// Which joint, from 1.
+        joint: usize,
+        /// By how much it changed, degrees.
+        turned_deg: f64,
+        /// In how much time, s.
+        within_s: f64,
+        /// How fast it can be, deg/s.
+        limit_deg_s: f64,
+    },
+    /// The numbers stay as they are while commands go on.
+    #[error(
+        "the server's numbers do not change: `q` and `dq` in its answers to `step` were the same for {passed_s:.2} s, while `q` was commanded on by {sent_deg:.0} deg"
+    )]
+    Frozen {
+        /// For how long, s.
+        passed_s: f64,
+        /// How far commands went on, degrees.
+        sent_deg: f64,
+    },
     /// An answer waits though nothing was asked.
     #[error("after its answer to `{after}` the bridge sent another that nobody asked for")]
     Unasked {
@@ -270,6 +297,10 @@ impl Error {
             Self::Negative { .. } => {
                 "is its sign turned, or its zero off? Closed fingers are open by 0 m"
             }
+            Self::Leap { .. } => {
+                "are the signs and the order of the joints the same in every answer, those of the URDF?"
+            }
+            Self::Frozen { .. } => "let the server read its arm anew for each answer",
             Self::Units { .. } => "the protocol has SI units: rad, rad/s, m, s, N·m",
             Self::ClockLeaps { leap, asked } if (0.5..=2.0).contains(&(leap / asked / MILLI)) => {
                 "`t` is in s, and probably is in ms here"

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
 
-use super::check::{Wanted, no_number, wrong};
+use super::check::{Unchanged, Wanted, no_number, wrong};
 use super::error::Error;
 use super::wire::{Hello, Photo, Refusal, Request, Step, Told, VERSION};
 use crate::arm::{Cancel, Weighing};
@@ -48,8 +48,9 @@ pub struct Link {
     wanted: Wanted,
     /// Whether the server's time passes by itself.
     is_realtime: bool,
-    /// The server's time at the last feedback, s.
-    time: Option<f64>,
+    /// The last feedback.
+    last: Option<Told>,
+    unchanged: Unchanged,
     /// How much time was to pass since it went on, s.
     stood: f64,
     /// What was wrong, once something was.
@@ -91,7 +92,8 @@ impl Link {
             cancel,
             wanted,
             is_realtime: false,
-            time: None,
+            last: None,
+            unchanged: Unchanged::default(),
             stood: 0.0,
             trouble: None,
             may_rest: false,
@@ -127,8 +129,15 @@ impl Link {
     /// [`Error`]; the arm was asked to stop unless it [may be led to rest](Self::is_led_to_rest): then [`Self::stop`] is due.
     pub fn step(&mut self, step: Step) -> Result<Told, Error> {
         let patience = if self.is_lost() { STOP_S } else { ANSWER_S };
-        let (within, dt, before) = (patience + step.dt, step.dt, self.time);
+        let (within, dt, sent) = (patience + step.dt, step.dt, step.q.clone());
+        let last = self.last.clone();
         let told = self.told(&Request::Step(step), within)?;
+        let frozen =
+            last.as_ref().and_then(|last| self.unchanged.takes(last, &told, sent.as_deref()));
+        if let Some(error) = frozen {
+            return Err(self.doubt(error));
+        }
+        let before = last.map(|last| last.t);
         if let Some(from) = before.filter(|_| !self.is_realtime) {
             let leap = told.t - from;
             if leap > dt + self.stood + STOOD_S {
@@ -208,10 +217,10 @@ impl Link {
     /// Asks for feedback, and checks it.
     fn told(&mut self, request: &Request, within: f64) -> Result<Told, Error> {
         let told: Told = self.ask(request, within)?;
-        if let Some(error) = wrong(&told, request.word(), &self.wanted, self.time) {
+        if let Some(error) = wrong(&told, request.word(), &self.wanted, self.last.as_ref()) {
             return Err(self.refuse(request, error));
         }
-        self.time = Some(told.t);
+        self.last = Some(told.clone());
         Ok(told)
     }
 

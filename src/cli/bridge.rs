@@ -54,6 +54,7 @@ pub(super) fn devices(
         name: joint.name.clone(),
         range: (joint.lower, joint.upper),
         effort: joint.effort,
+        velocity: joint.velocity,
         acceleration: joint.acceleration,
         jerk,
     });

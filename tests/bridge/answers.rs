@@ -18,6 +18,7 @@ fn wanted(robot: &str, joints: &[&str]) -> Wanted {
         name: (*name).to_owned(),
         range: (-3.0, 3.0),
         effort: 39.0,
+        velocity: 1.4,
         acceleration: 4.94,
         jerk: 98.8,
     };

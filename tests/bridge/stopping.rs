@@ -147,6 +147,48 @@ fn an_arm_is_braked_after_one_answer_that_cannot_be() {
     assert_braked(&asked);
 }
 
+/// A joint whose sign was turned for one answer was told to be stuck.
+#[test]
+fn a_joint_that_leaps_is_no_joint_that_does_not_follow() {
+    let robot = Robot::gen3();
+    let mirrored = |step: usize, told: String| {
+        let mut told: Value = serde_json::from_str(&told).unwrap();
+        if step == BAD {
+            told["q"][0] = json!(-told["q"][0].as_f64().unwrap());
+        }
+        told.to_string()
+    };
+    let (mut arm, asked) = flawed(&robot, f64::INFINITY, mirrored);
+    let error = arm.follow(&turned(&robot, 1.0), &Cancel::default(), &mut |_| {}).unwrap_err();
+    let what = error.to_string();
+    assert!(what.starts_with("`q` of joint 1 in the answer to `step` changed by"), "{what}");
+    assert!(what.ends_with("deg within 4 ms: it turns at 80 deg/s at most"), "{what}");
+    assert!(!error.is_limit());
+    let asked = asked.lock().unwrap();
+    assert_eq!(asked.iter().filter(|asked| is_stop(asked)).count(), 1);
+    assert_braked(&asked);
+}
+
+/// So was an arm of which one answer was told again and again: by it the arm moves, and is where it was.
+#[test]
+fn an_answer_that_is_told_again_and_again_is_not_believed() {
+    let robot = Robot::gen3();
+    let mut first = None;
+    let again = move |step: usize, told: String| {
+        let mut told: Value = serde_json::from_str(&told).unwrap();
+        if step >= BAD {
+            told["q"] = first.get_or_insert_with(|| told["q"].clone()).clone();
+            told["dq"][0] = json!(1.2);
+        }
+        told.to_string()
+    };
+    let (mut arm, asked) = flawed(&robot, f64::INFINITY, again);
+    let error = arm.follow(&turned(&robot, 1.0), &Cancel::default(), &mut |_| {}).unwrap_err();
+    assert!(error.to_string().contains("the server's numbers do not change"), "{error}");
+    assert!(!error.is_limit());
+    assert_eq!(asked.lock().unwrap().iter().filter(|asked| is_stop(asked)).count(), 1);
+}
+
 /// Nor is there anything to brake with where every answer is bad.
 #[test]
 fn an_arm_is_stopped_at_once_after_a_second_bad_answer() {
