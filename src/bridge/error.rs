@@ -51,7 +51,42 @@ pub enum Error {
         /// The longest line, MiB.
         limit_mib: usize,
     },
-    /// An answer cannot be read.
+    /// An answer ends in the middle of its object, or before it.
+    #[error("the answer to `{request}` ends too early: {}", shown(.begins))]
+    CutShort {
+        /// What was asked.
+        request: &'static str,
+        /// How it begins.
+        begins: String,
+    },
+    /// A list where an object is due.
+    #[error(
+        "{}the answer to `{request}` is a list: the protocol has one object there",
+        .key.map(|key| format!("`{key}` in ")).unwrap_or_default()
+    )]
+    List {
+        /// What was asked.
+        request: &'static str,
+        /// Under which key; none for the whole answer.
+        key: Option<&'static str>,
+    },
+    /// An answer is no JSON, or has not the keys and types that it must.
+    #[error(
+        "the answer to `{request}` cannot be read: {why}{}; {}",
+        .key.as_ref().map(|key| format!(", in `{key}`")).unwrap_or_default(),
+        shown(.begins)
+    )]
+    Unfit {
+        /// What was asked.
+        request: &'static str,
+        /// Why not.
+        why: String,
+        /// Under which key, where it is known.
+        key: Option<String>,
+        /// How it begins.
+        begins: String,
+    },
+    /// What an answer holds cannot be read.
     #[error("the answer to `{request}` cannot be read: {why}")]
     Unreadable {
         /// What was asked.
@@ -275,6 +310,11 @@ impl fmt::Display for Unit {
     }
 }
 
+/// Says how a line begins.
+fn shown(begins: &str) -> String {
+    if begins.is_empty() { "it is an empty line".into() } else { format!("it begins `{begins}`") }
+}
+
 /// A clock that goes on by this times what was asked, or by twice or half of that, counts ms.
 const MILLI: f64 = 1e3;
 
@@ -315,8 +355,17 @@ impl Error {
             Self::Unreadable { request: "photo", .. } => {
                 "answer with a PNG file in base64, as `docs/bridge.md` says"
             }
-            Self::TooLong { .. } | Self::Unreadable { .. } => {
-                "answer with one JSON object a line, as `docs/bridge.md` says; numbers must be finite"
+            Self::CutShort { .. } => {
+                "send each answer as one whole line, with a line break at its end and none before"
+            }
+            Self::List { key: Some("camera"), .. } => {
+                "there is one camera, `\"camera\": {\"width\": 1280, \"height\": 720}`; `--camera-at http://HOST/PATH` names another in its place"
+            }
+            Self::TooLong { .. }
+            | Self::List { .. }
+            | Self::Unfit { .. }
+            | Self::Unreadable { .. } => {
+                "answer with one JSON object a line, with the keys that `docs/bridge.md` has for it"
             }
             Self::Version { .. } => "run a server that speaks the same version",
             Self::Joints { .. } => {

@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
 
-use super::check::{Unchanged, Wanted, no_number, wrong};
+use super::check::{Unchanged, Wanted, wrong};
 use super::error::Error;
+use super::unread::{no_object, unread};
 use super::wire::{Hello, Photo, Refusal, Request, Step, Told, VERSION};
 use crate::arm::{Cancel, Weighing};
 
@@ -238,6 +239,9 @@ impl Link {
         };
         // A writer of UTF-8 may begin with a byte-order mark.
         let line = answer.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&answer);
+        if let Some(error) = no_object(line, word) {
+            return Err(self.refuse(request, error));
+        }
         if let Ok(Refusal { error, help }) = serde_json::from_slice(line) {
             // It may go on later, but not from a motion that was cut short.
             if !is_step(request) && !matches!(request, Request::Stop {}) {
@@ -246,8 +250,8 @@ impl Link {
             return Err(Error::Refused { request: word, why: error, help });
         }
         serde_json::from_slice(line).map_err(|error| {
-            let unreadable = Error::Unreadable { request: word, why: error.to_string() };
-            self.refuse(request, no_number(line, word).unwrap_or(unreadable))
+            let error = unread(line, word, &error);
+            self.refuse(request, error)
         })
     }
 

@@ -1,6 +1,8 @@
 //! The messages of bridge protocol 1. SI units, rad, the robot's joint order.
 
+use serde::de::{DeserializeOwned, Error as _, Unexpected};
 use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::Value;
 
 use crate::arm::Mover;
 
@@ -82,7 +84,11 @@ pub struct Hello {
     /// The names of its joints, in its order.
     pub joints: Vec<String>,
     /// Its camera, if it has one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "object_or_absent"
+    )]
     pub camera: Option<Size>,
     /// Whether it has scales.
     #[serde(default, deserialize_with = "or_absent")]
@@ -99,6 +105,36 @@ where
     T: Default + Deserialize<'de>,
 {
     Option::<T>::deserialize(from).map(Option::unwrap_or_default)
+}
+
+/// Reads an object, or `null` as what is left out.
+fn object_or_absent<'de, D, T>(from: D) -> Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: DeserializeOwned,
+{
+    Option::<Value>::deserialize(from)?.map(object::<D, T>).transpose()
+}
+
+/// Reads a list of objects.
+fn objects<'de, D, T>(from: D) -> Result<Vec<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: DeserializeOwned,
+{
+    Vec::<Value>::deserialize(from)?.into_iter().map(object::<D, T>).collect()
+}
+
+/// Reads an object. A derived reader takes a list of its values for it, too.
+fn object<'de, D, T>(value: Value) -> Result<T, D::Error>
+where
+    D: Deserializer<'de>,
+    T: DeserializeOwned,
+{
+    if value.is_array() {
+        return Err(D::Error::invalid_type(Unexpected::Seq, &"an object"));
+    }
+    serde_json::from_value(value).map_err(D::Error::custom)
 }
 
 /// The size of a picture, px.
@@ -124,7 +160,7 @@ pub struct Told {
     /// Opening between the pads, m.
     pub opening: f64,
     /// What moves by itself near the arm, all of it.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "objects")]
     pub moving: Vec<Mover>,
 }
 

@@ -154,6 +154,22 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
             moving("hand", 0.2),
             "number 2 of `moving` in the answer to `step` is no ball with a name of its own",
         ),
+        // A list of the values, in order, was read as feedback.
+        (
+            json!([6.0, [0.0, 0.1], [0.0, 0.0], [0.0, 0.0], 0.08]).to_string(),
+            "the answer to `step` is a list: the protocol has one object there",
+        ),
+        (
+            moving("head", 0.2)
+                .replace(r#""moving":["#, r#""moving":[["head",[0.5,0.1,0.3],0.1,0.04],"#),
+            "expected an object",
+        ),
+        (
+            r#"{"t": 6.0, "q": [0.0,"#.into(),
+            r#"the answer to `step` ends too early: it begins `{"t": 6.0, "q": [0.0,`"#,
+        ),
+        (String::new(), "the answer to `step` ends too early: it is an empty line"),
+        (told(6.0).replace("0.08", r#""wide""#), ", in `opening`; it begins `{"),
         ("hello?".into(), "the answer to `step` cannot be read"),
         ("{}".into(), "the answer to `step` cannot be read: missing field `t`"),
         ("x".repeat((16 << 20) + (1 << 17)), "is longer than 16 MiB"),
@@ -163,6 +179,21 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
         assert!(error.to_string().contains(what), "{error}");
         assert!(!error.help().is_empty());
         assert_eq!(asked, ["hello", "feedback", "step", "stop"], "{what}");
+    }
+}
+
+/// Two cameras were told as a map that is no u32, and a size without keys was taken.
+#[test]
+fn a_camera_is_one_object() {
+    let size = json!({"width": 2, "height": 1});
+    for list in [json!([size, size]), json!([size]), json!([2, 1])] {
+        let mut said: Value = serde_json::from_str(&hello()).unwrap();
+        said["camera"] = list;
+        let (place, _) = serve(move |_| Some(said.to_string()));
+        let error = connect(&place, "robot", &JOINTS).err().unwrap();
+        let said = "`camera` in the answer to `hello` is a list: the protocol has one object there";
+        assert_eq!(error.to_string(), said);
+        assert!(error.help().contains("--camera-at"), "{}", error.help());
     }
 }
 
