@@ -14,6 +14,11 @@ use crate::workcell::{Displaced, Ending, Run, State, TILTED, Water};
 
 use super::{Style, complain, folded, shown as plainly};
 
+/// Amounts of water differ that are farther apart than this, mL, and than this share of all of it. Chosen: vessels are filled to a few per
+/// cent, and some drops stay in them.
+const LEAST_ML: f64 = 5.0;
+const SHARE: f64 = 0.1;
+
 /// The bar on the terminal, if there is one, and whether more may come: the prompt takes it away when it
 /// comes back before the work has wound down.
 static BAR: Mutex<(Option<ProgressBar>, bool)> = Mutex::new((None, false));
@@ -366,6 +371,47 @@ pub(super) fn left_in_hand(run: &Run) -> Option<String> {
     })
 }
 
+/// Words how well simulation and reality agree over a run: of the fluents after each step, and of amounts of water at its end where
+/// these differ.
+fn agreed(run: &Run) -> Option<String> {
+    let all = run.steps.iter().map(compared);
+    let (same, known) = all.fold((0, 0), |all, step| (all.0 + step.0, all.1 + step.1));
+    let n_steps = run.steps.len();
+    let s = if n_steps == 1 { "" } else { "s" };
+    let after = format!("fluents after {n_steps} step{s}");
+    match (known > 0, amounts(run)) {
+        (true, None) => Some(agree((same, known), &format!(" {after}"))),
+        (true, Some(amounts)) => Some(format!(
+            "simulation and scales disagree: {amounts} (simulation and camera agree on {same} of {known} {after})"
+        )),
+        (false, Some(amounts)) => Some(format!("simulation and scales disagree: {amounts}")),
+        (false, None) => None,
+    }
+}
+
+/// Words the amounts of water that the scales found other than the simulation left them after the last step, if there are any. One that
+/// a person stopped was not to come to what was simulated.
+fn amounts(run: &Run) -> Option<String> {
+    let (water, last) = (run.water.as_ref()?, run.steps.last()?);
+    let twin = last.twin.as_ref().filter(|_| last.outcome != Outcome::Stopped)?;
+    let all = twin.objects.iter().filter_map(|object| object.water).sum::<f64>()
+        + twin.spilt.unwrap_or(0.0);
+    let enough = LEAST_ML.max(SHARE * all * 1e6);
+    let vessels = water.vessels_ml.iter().filter_map(|(name, said)| {
+        Some((format!("in {name}"), twin.object(name)?.water? * 1e6, *said))
+    });
+    let spilt = twin.spilt.map(|spilt| ("spilt".to_owned(), spilt * 1e6, water.spilt_ml));
+    let told: Vec<String> = spilt
+        .into_iter()
+        .chain(vessels)
+        .filter(|(_, simulated, said)| (simulated - said).abs() > enough)
+        .map(|(what, simulated, said)| {
+            format!("simulated {simulated:.1} mL {what}, on the scales {said:.1} mL")
+        })
+        .collect();
+    (!told.is_empty()).then(|| told.join("; "))
+}
+
 /// Words how a run ended.
 pub fn ending(run: &Run, style: Style) -> String {
     let mut text = match run.outcome {
@@ -405,12 +451,7 @@ pub fn ending(run: &Run, style: Style) -> String {
     if let Some(matching) = &run.matching {
         let _ = write!(text, "\n  {}", super::paper::matching(matching));
     }
-    let all = run.steps.iter().map(compared);
-    let all = all.fold((0, 0), |all, step| (all.0 + step.0, all.1 + step.1));
-    if all.1 > 0 {
-        let n_steps = run.steps.len();
-        let s = if n_steps == 1 { "" } else { "s" };
-        let told = agree(all, &format!(" fluents after {n_steps} step{s}"));
+    if let Some(told) = agreed(run) {
         let _ = write!(text, "\n  {told}");
     }
     let t = &run.timing_s;

@@ -2,8 +2,10 @@
 
 use trueup::discovery::recording::{Map, Recording};
 use trueup::motion::Robot;
-use trueup::trace::{Deed, Line, Outcome, StepRecord};
-use trueup::workcell::{Run, carried, poured};
+use trueup::report::Style;
+use trueup::report::run::ending;
+use trueup::trace::{Deed, FluentRow, Line, Outcome, StepRecord};
+use trueup::workcell::{Run, Water, carried, poured};
 
 use crate::kitchen;
 
@@ -87,4 +89,44 @@ fn what_left_the_hand_is_not_read_off_a_scale_beside_it() {
     };
     assert!(left("bigcup").abs() < 1e-9, "{} kg", left("bigcup"));
     assert!((left("cup") - 0.15).abs() < 1e-9, "{} kg", left("cup"));
+}
+
+/// Half of it was beside the cup, and the last word was that simulation and camera agree.
+#[test]
+fn amounts_that_the_scales_find_otherwise_are_told_beside_fluents_that_agree() {
+    let mut run = run("cup", None);
+    let last = run.steps.last_mut().unwrap();
+    let mut twin = last.measured.clone();
+    (twin.objects[0].water, twin.objects[1].water, twin.spilt) =
+        (Some(0.0), Some(150e-6), Some(0.0));
+    last.twin = Some(twin);
+    last.fluents = vec![FluentRow {
+        name: "level(jar)".into(),
+        expected: None,
+        twin: Some(true),
+        measured: Some(true),
+        margin: None,
+        twin_margin: None,
+        ask: None,
+        why: None,
+        std: None,
+        direction: None,
+        terms: Vec::new(),
+    }];
+    let said = |in_cup: f64, spilt_ml: f64| Water {
+        in_target_ml: in_cup,
+        in_source_ml: 0.0,
+        vessels_ml: vec![("jar".into(), 0.0), ("cup".into(), in_cup)],
+        spilt_ml,
+        measured_by: "lab".into(),
+    };
+    run.water = Some(said(69.1, 80.9));
+    let told = ending(&run, Style::plain());
+    let line = "simulation and scales disagree: simulated 0.0 mL spilt, on the scales 80.9 mL; \
+                simulated 150.0 mL in cup, on the scales 69.1 mL (simulation and camera agree on 1 of 1 fluents after 4 steps)";
+    assert!(told.contains(line), "{told}");
+    // A few drops, and a cup filled by hand.
+    run.water = Some(said(155.0, 2.0));
+    let told = ending(&run, Style::plain());
+    assert!(told.contains("simulation and camera agree (1 of 1 fluents after 4 steps)"), "{told}");
 }
