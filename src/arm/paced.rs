@@ -73,6 +73,10 @@ impl<P: Plant> Plant for Paced<P> {
         self.plant.most_behind()
     }
 
+    fn is_ideal(&self) -> bool {
+        self.plant.is_ideal()
+    }
+
     fn hold(&mut self) -> Result<bool, DeviceError> {
         self.plant.hold()
     }

@@ -57,6 +57,11 @@ pub trait Plant: Send {
         None
     }
 
+    /// Returns whether it is wherever it was sent last, however fast that is: no joint of it ever falls behind.
+    fn is_ideal(&self) -> bool {
+        false
+    }
+
     /// Returns what the arm reported last; `q_cmd` is filled in by [`Ticked`].
     fn report(&mut self) -> Feedback;
 }

@@ -72,6 +72,8 @@ pub(super) enum Fault {
     EmergencyStop,
     /// This joint (from 0) did not follow its command.
     Following(usize),
+    /// This joint (from 0) was led over a limit, and its bit for that.
+    Limit(usize, u32),
     /// Something else, planted or real.
     Other,
 }

@@ -203,8 +203,11 @@ impl Controller {
                 Happened::LeftBehind(joint) if self.fault.is_none() => {
                     self.fail(Fault::Following(joint));
                 }
+                Happened::OverLimit(joint, bit) if self.fault.is_none() => {
+                    self.fail(Fault::Limit(joint, bit));
+                }
                 Happened::Broken(_) if self.fault.is_none() => self.fail(Fault::Other),
-                Happened::LeftBehind(_) | Happened::Broken(_) => {}
+                Happened::LeftBehind(_) | Happened::OverLimit(..) | Happened::Broken(_) => {}
             }
         }
         self.chance.at(now - self.begun);
@@ -265,7 +268,7 @@ impl Controller {
     pub(super) fn fail(&mut self, fault: Fault) {
         let reason = match fault {
             Fault::EmergencyStop => refusal::ROBOT_IN_EMERGENCY_STOP,
-            Fault::Following(_) | Fault::Other => refusal::ROBOT_IN_FAULT,
+            Fault::Following(_) | Fault::Limit(..) | Fault::Other => refusal::ROBOT_IN_FAULT,
         };
         self.fault = Some(fault);
         self.stop_all(reason);

@@ -10,8 +10,11 @@ pub(super) const SILENT: f64 = 0.1;
 
 /// `ActuatorCyclic.StatusFlags`: position control is on, and calibrated.
 pub(super) const SERVOING: u32 = 2048;
-/// `ActuatorConfig.SafetyIdentifierBankA.FOLLOWING_ERROR`.
+/// `ActuatorConfig.SafetyIdentifierBankA`: the joint is behind, turned too fast, is beyond an end of its range.
 pub(super) const FOLLOWING_ERROR: u32 = 1;
+pub(super) const MAXIMUM_VELOCITY: u32 = 2;
+pub(super) const JOINT_LIMIT_HIGH: u32 = 4;
+pub(super) const JOINT_LIMIT_LOW: u32 = 8;
 /// `Base.SafetyIdentifier`: a joint is in fault; the emergency stop is active.
 pub(super) const JOINT_FAULT: u32 = 16;
 pub(super) const EMERGENCY_STOP_ACTIVATED: u32 = 8_388_608;

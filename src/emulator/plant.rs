@@ -63,6 +63,10 @@ impl Plant for Ideal {
         Ok(())
     }
 
+    fn is_ideal(&self) -> bool {
+        true
+    }
+
     fn report(&mut self) -> Feedback {
         Feedback {
             time: self.time,

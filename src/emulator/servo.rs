@@ -84,6 +84,8 @@ pub(super) enum Happened {
     FingersRest,
     /// This joint (from 0) did not follow.
     LeftBehind(usize),
+    /// This joint (from 0) was led where it cannot be or as fast as it cannot be, and its bit for that.
+    OverLimit(usize, u32),
     /// The plant failed.
     Broken(String),
 }
@@ -112,6 +114,9 @@ pub(super) struct Servo {
     /// Joint positions sent last, rad.
     pub(super) q_cmd: Vec<f64>,
     pub(super) dq_cmd: Vec<f64>,
+    /// How fast a stream of positions leads the joints, rad/s, smoothed.
+    pub(super) led: Vec<f64>,
+    pub(super) is_ideal: bool,
     /// The arm's time, s.
     pub(super) time: f64,
 }
@@ -152,6 +157,8 @@ impl Servo {
             tool_speed: f64::INFINITY,
             q_cmd: report.q.clone(),
             dq_cmd: vec![0.0; report.q.len()],
+            led: vec![0.0; report.q.len()],
+            is_ideal: plant.is_ideal(),
             motion: Motion::Hold,
             time: 0.0,
             robot,
@@ -215,6 +222,9 @@ impl Servo {
 
     /// Does what a cycle asks of the joints.
     pub(super) fn stream(&mut self, drives: Vec<Drive>) {
+        if !matches!(self.motion, Motion::Stream(_)) {
+            self.led.fill(0.0);
+        }
         self.motion = Motion::Stream(drives);
     }
 
@@ -280,6 +290,8 @@ impl Servo {
             let far = |(q, at): (&f64, &f64)| (q - at).abs() > FOLLOWING;
             if let Some(joint) = q.iter().zip(&self.report.q).position(far) {
                 happened.push(Happened::LeftBehind(joint));
+            } else if let Some(over) = self.over_limit(&q) {
+                happened.push(over);
             } else {
                 if let Err(error) = self.plant.command(&q, &dq) {
                     happened.push(Happened::Broken(error.to_string()));

@@ -70,6 +70,31 @@ fn a_step_of_40_deg_is_a_fault_and_the_joint_does_not_travel() {
     assert!((told(&link).actuators[0].position - here.actuators[0].position).abs() < 0.01);
 }
 
+/// A joint was followed far beyond its range, without a word.
+#[test]
+fn a_stream_beyond_a_joint_s_range_is_a_fault_that_names_the_joint() {
+    let emulator = emulator(&eager());
+    let link = link(&emulator);
+    let mut cyclic = Datagrams::open(emulator.udp(), &admin()).unwrap();
+    let () = link.call(base::SET_SERVOING_MODE, &mode(ServoingMode::LowLevel)).unwrap();
+    let here: Told = cyclic.call(base_cyclic::REFRESH_FEEDBACK, &(), SOON).unwrap();
+    // Joint 2 is at 15 deg, and its range ends at 128.3 deg.
+    for frame_id in 1..60 {
+        let mut command = cycle(&here, frame_id, 0.0);
+        command.actuators[1].position += 3.0 * frame_id as f32;
+        if cyclic.call::<Told>(base_cyclic::REFRESH, &command, SOON).is_err() {
+            break;
+        }
+        emulator.clock().sleep(0.06);
+    }
+    assert_eq!(state(&link), ArmState::InFault);
+    let after = told(&link);
+    assert_eq!(after.base.unwrap().fault_bank_a, 16);
+    let banks: Vec<u32> = after.actuators.iter().map(|joint| joint.fault_bank_a).collect();
+    assert_eq!(banks, [0, 4, 0, 0, 0, 0, 0]);
+    assert!((120.0..128.5).contains(&after.actuators[1].position), "{:?}", after.actuators[1]);
+}
+
 /// An arm whose first joint meets something at an angle, rad, and is where it is sent otherwise.
 struct Pressed {
     q: Vec<f64>,

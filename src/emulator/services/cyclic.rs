@@ -134,7 +134,11 @@ impl Controller {
             voltage: 24.0,
             temperature_motor: 35.0,
             temperature_core: 40.0,
-            fault_bank_a: if self.fault == Some(Fault::Following(i)) { FOLLOWING_ERROR } else { 0 },
+            fault_bank_a: match self.fault {
+                Some(Fault::Following(joint)) if joint == i => FOLLOWING_ERROR,
+                Some(Fault::Limit(joint, bit)) if joint == i => bit,
+                _ => 0,
+            },
             warning_bank_a: if behind[i] > WARNING { FOLLOWING_ERROR } else { 0 },
             ..ActuatorFeedback::default()
         });
