@@ -19,13 +19,15 @@ pub struct FluentReading {
     pub ask: Option<String>,
 }
 
-/// One step that was carried out.
+/// One step that was carried out, or that was come to and not needed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Done {
     /// Which step of the parse graph.
     pub index: usize,
     /// How it ended.
     pub outcome: Outcome,
+    /// What ends or spares it and held before it began, so that nothing was done.
+    pub not_needed: Option<String>,
     /// Why, when it did not succeed.
     pub failure: Option<StepFailure>,
     /// Whether it failed because it does not fit what was rehearsed, so that planning it again may help.

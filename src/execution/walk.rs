@@ -53,6 +53,8 @@ pub(super) struct End {
     pub(super) interval: Option<[f64; 2]>,
     /// The path of what an `until` ended: the step itself or something around it.
     pub(super) over: Option<String>,
+    /// What held before it began, so that nothing was done.
+    pub(super) not_needed: Option<String>,
     pub(super) held: Vec<Held>,
     pub(super) lines: Vec<Line>,
 }
@@ -131,9 +133,10 @@ impl<'a> Walker<'a> {
         let needless = needless(&self.reader(), step, &before, rehearsed);
         match needless {
             Ok(None) => {}
-            Ok(Some(owner)) => {
+            Ok(Some(condition)) => {
                 self.scripts.context().ended_on_arrival();
-                end.over = Some(owner);
+                end.over = Some(condition.owner.clone());
+                end.not_needed = Some(condition.text.clone());
                 let promised = promised(&self.reader(), &given(step, end.over.as_deref()), &before);
                 end.broken = promised.map(StepFailure::from);
                 return self.done(pg, index, begin, watched, end);
@@ -307,7 +310,8 @@ impl<'a> Walker<'a> {
         } else {
             self.scripts.context().state()?
         };
-        let End { stopped, broken: mut failure, plan_again, over, held, lines, interval } = end;
+        let End { stopped, broken, plan_again, interval, over, not_needed, held, lines } = end;
+        let mut failure = broken;
         let interval = interval.unwrap_or([begin, state.time]);
         if failure.is_none() {
             let mut context = self.scripts.context();
@@ -334,20 +338,31 @@ impl<'a> Walker<'a> {
             })
             .collect();
         let plan_again = plan_again && outcome == Outcome::Failure;
-        Ok(Done { index, outcome, failure, plan_again, interval, fluents, held, lines, state })
+        Ok(Done {
+            index,
+            outcome,
+            not_needed,
+            failure,
+            plan_again,
+            interval,
+            fluents,
+            held,
+            lines,
+            state,
+        })
     }
 }
 
-/// Returns whose end is reached before anything is done, if a step's is; `Err` says why arm and
+/// Returns what makes a step end before anything is done, if something does; `Err` says why arm and
 /// rehearsal differ in that.
-fn needless(
+fn needless<'s>(
     reader: &Reader<'_>,
-    step: &Step,
+    step: &'s Step,
     state: &WorldState,
     rehearsed: Option<Ended>,
-) -> Result<Option<String>, Unmet> {
-    let all = || step.unless.iter().chain(&step.untils);
-    let mut readings = all().map(|c| (c, reader.read(&c.expr, state))).collect::<Vec<_>>();
+) -> Result<Option<&'s Condition>, Unmet> {
+    let all = step.unless.iter().chain(&step.untils);
+    let mut readings = all.map(|c| (c, reader.read(&c.expr, state))).collect::<Vec<_>>();
     readings.sort_by_key(|(_, reading)| match reading.truth {
         Some(true) => 0,
         None => 1,
@@ -355,7 +370,7 @@ fn needless(
     });
     let Some((condition, reading)) = readings.first() else { return Ok(None) };
     match (reading.truth, rehearsed == Some(Ended::OnArrival)) {
-        (Some(true), _) | (None, true) => Ok(Some(condition.owner.clone())),
+        (Some(true), _) | (None, true) => Ok(Some(*condition)),
         (_, false) => Ok(None),
         (Some(false), true) => Err(unmet(condition, reading)),
     }

@@ -71,14 +71,16 @@ struct Seen<'a> {
 }
 
 /// Returns what no step explains, over all runs; each is its name with its steps. Most frequent first, what the
-/// twin lacks before what it has too. A step that was stopped says nothing: the twin is beyond where the arm came to rest.
+/// twin lacks before what it has too. A step that was stopped says nothing: the twin is beyond where the arm came to rest;
+/// nor does one that was not needed.
 pub fn unexplained(runs: &[(&str, &[StepRecord])]) -> Vec<Change> {
     // A step is the same in two runs when it is the same call, the second of a kind when it is the second.
     let mut places: BTreeMap<(String, usize, String), Vec<Seen<'_>>> = BTreeMap::new();
     for (name, steps) in runs {
         let mut before: BTreeMap<&str, (Option<bool>, Option<bool>)> = BTreeMap::new();
         let mut times: BTreeMap<&str, usize> = BTreeMap::new();
-        for step in steps.iter().filter(|step| step.outcome != Outcome::Stopped) {
+        let tells = |step: &&StepRecord| step.outcome != Outcome::Stopped && step.was_carried_out();
+        for step in steps.iter().filter(tells) {
             let time = times.entry(&step.action).or_insert(0);
             *time += 1;
             for row in &step.fluents {

@@ -43,7 +43,7 @@ pub(super) fn view(site: &Site) -> View {
             );
             continue;
         };
-        let agree = run.steps.iter().filter(|step| step.hamming == 0).count();
+        let (of, agree) = run.agreeing();
         let rows =
             run.steps.iter().flat_map(|step| step.fluents.iter().map(move |row| (step, row)));
         let asked: Vec<_> = rows.filter(|(_, row)| row.ask.is_some()).collect();
@@ -57,7 +57,7 @@ pub(super) fn view(site: &Site) -> View {
         let _ = writeln!(
             main,
             "<tr><td class=\"number\">{}<th scope=\"row\"><a class=\"call\" href=\"/run/{}/1/before\">{}</a>\
-             <div class=\"soft\">{}</div><td>{}<td class=\"truth\">{}<td class=\"number\">{}<td>after {agree} of {}\
+             <div class=\"soft\">{}</div><td>{}<td class=\"truth\">{}<td class=\"number\">{}<td>after {agree} of {of}\
              <td>{done} of {}</tr>",
             entry.number,
             encoded(&entry.name),
@@ -65,8 +65,7 @@ pub(super) fn view(site: &Site) -> View {
             escaped(&entry.name),
             escaped(&run.robot),
             html::ending(archive::standing(&entry.dir, &run)),
-            run.steps.len(),
-            run.steps.len(),
+            of,
             asked.len()
         );
     }

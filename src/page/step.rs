@@ -185,6 +185,7 @@ impl Moment<'_> {
             // How a step ended would give answers away.
             let sign = match (questions.open.is_empty(), step.outcome) {
                 (false, _) => "",
+                (true, Outcome::Success) if !step.was_carried_out() => "–",
                 (true, Outcome::Success) => "✓",
                 (true, Outcome::Failure) => "✗",
                 (true, Outcome::Stopped) => "◦",
@@ -250,7 +251,7 @@ impl Moment<'_> {
             text,
             "<section class=\"card\"><h2>What is true after step {}: {}</h2>\n{}",
             self.step.number,
-            html::outcome(self.step.outcome),
+            html::outcome(self.step),
             html::score(self.step)
         );
         if let Some(reason) = &self.step.reason {
@@ -293,7 +294,7 @@ impl Moment<'_> {
         let class = |step: &StepRecord| {
             let questions = self.questions(step);
             match step.outcome {
-                _ if !questions.open.is_empty() => "passed",
+                _ if !questions.open.is_empty() || !step.was_carried_out() => "passed",
                 Outcome::Success => "done",
                 Outcome::Failure | Outcome::Stopped => "failed",
             }

@@ -36,6 +36,7 @@ pub fn told(fork: &Fork, style: Style) -> String {
 
 fn line(step: &ForkedStep, is_rest: bool, style: Style) -> String {
     let sign = match step.outcome {
+        Outcome::Success if step.not_needed.is_some() => "–".to_owned(),
         Outcome::Success => style.green("✓"),
         Outcome::Failure => style.red("✗"),
         Outcome::Stopped => "◦".to_owned(),

@@ -61,8 +61,9 @@ pub fn truth(truth: Option<bool>) -> &'static str {
 }
 
 /// How a step ended, by sign and word.
-pub fn outcome(outcome: Outcome) -> &'static str {
-    match outcome {
+pub fn outcome(step: &StepRecord) -> &'static str {
+    match step.outcome {
+        Outcome::Success if !step.was_carried_out() => "– not needed",
         Outcome::Success => "✓ done",
         Outcome::Failure => "✗ failed",
         Outcome::Stopped => "◦ stopped",

@@ -85,9 +85,8 @@ pub fn list(root: &Path, most: Option<usize>) -> List {
             "folder": entry.dir.display().to_string(),
             "task": run.map(|run| &run.task),
             "ended": run.map(|run| ended(archive::standing(&entry.dir, run))),
-            "steps": run.map(|run| run.steps.len()),
-            "twin_agrees_after": run
-                .map(|run| run.steps.iter().filter(|step| step.hamming == 0).count()),
+            "steps": run.map(|run| run.agreeing().0),
+            "twin_agrees_after": run.map(|run| run.agreeing().1),
         })
     });
     let document = json!({ "runs": each.collect::<Vec<_>>() });

@@ -25,8 +25,8 @@ pub fn list(runs: &[(Entry, Option<Run>)]) -> String {
         let _ = match run {
             None => write!(text, "cannot be read"),
             Some(run) => {
-                let (ended, of) = (ended(standing(&entry.dir, run)), run.steps.len());
-                let agree = run.steps.iter().filter(|step| step.hamming == 0).count();
+                let ended = ended(standing(&entry.dir, run));
+                let (of, agree) = run.agreeing();
                 let agree = format!("{agree} of {of}");
                 write!(text, "{ended:<11}  {of:>5}  {agree:>11}  {}", run.task)
             }
@@ -131,7 +131,7 @@ fn truth(truth: Option<bool>) -> &'static str {
 pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<String> {
     let head = |number: usize, run: &Run| {
         let ended = ended(own_standing(run));
-        format!("run {number}: {} {ended}, {} steps", run.task, run.steps.len())
+        format!("run {number}: {} {ended}, {} steps", run.task, run.agreeing().0)
     };
     let heads = [head(a, first), head(b, second)];
     let mut lines = Vec::new();
@@ -150,8 +150,8 @@ pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<
     for (one, other) in both.iter().map(|&(here, there)| (&first.steps[here], &second.steps[there]))
     {
         let step = format!("step {} {}", one.number, one.action);
-        if one.outcome != other.outcome {
-            let (here, there) = (outcome(one.outcome), outcome(other.outcome));
+        let (here, there) = (outcome(one), outcome(other));
+        if here != there {
             lines.push(format!("{step}: {here} in run {a}, {there} in run {b}"));
         }
         for row in &one.fluents {
@@ -183,8 +183,9 @@ pub fn difference((a, first): (usize, &Run), (b, second): (usize, &Run)) -> Vec<
     heads.into_iter().chain(lines).collect()
 }
 
-fn outcome(outcome: Outcome) -> &'static str {
-    match outcome {
+fn outcome(step: &StepRecord) -> &'static str {
+    match step.outcome {
+        Outcome::Success if !step.was_carried_out() => "not needed",
         Outcome::Success => "done",
         Outcome::Failure => "failed",
         Outcome::Stopped => "stopped",

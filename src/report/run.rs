@@ -146,6 +146,12 @@ impl Drop for Console {
     }
 }
 
+/// What stands in a step's line instead of how it was compared, where it was not needed.
+pub(super) fn not_needed(record: &StepRecord) -> Option<String> {
+    let held = record.not_needed.as_ref().filter(|_| record.outcome == Outcome::Success)?;
+    Some(format!("not needed: {held} was true before"))
+}
+
 /// How many fluents simulation and camera both know after a step, and of how many they say the same.
 fn compared(record: &StepRecord) -> (usize, usize) {
     counted(record, 0)
@@ -174,6 +180,9 @@ fn agree((same, known): (usize, usize), of_what: &str) -> String {
 
 /// Words a step on one line; below it only why it failed, and what contradicts what was promised or simulated.
 fn line(record: &StepRecord, style: Style) -> String {
+    if let Some(told) = not_needed(record) {
+        return head(record, &told, style);
+    }
     let (same, known) = compared(record);
     let told = if same < known { format!("agree on {same} of {known}") } else { String::new() };
     let mut text = head(record, &told, style);
@@ -186,11 +195,15 @@ fn line(record: &StepRecord, style: Style) -> String {
 /// paper where a person wants all numbers. `run.json` keeps them all. Of the fluents that both know, `withheld` are not in
 /// the record, for a person is to be asked about them; they count all the same.
 pub fn step(record: &StepRecord, before: &[FluentRow], withheld: usize, style: Style) -> String {
+    if let (Some(told), false) = (not_needed(record), before.is_empty()) {
+        return head(record, &told, style);
+    }
     let (same, known) = counted(record, withheld);
     let mut told = format!("agree on {same} of {known}");
     if style.verbose {
         let _ = write!(told, " (P {:.2})", record.score);
     }
+    told = not_needed(record).unwrap_or(told);
     let mut text = head(record, &told, style);
     text += &below(record, style);
     text += &table(record.fluents.iter().filter(|row| is_news(row, before)), style);
@@ -199,6 +212,7 @@ pub fn step(record: &StepRecord, before: &[FluentRow], withheld: usize, style: S
 
 fn head(record: &StepRecord, told: &str, style: Style) -> String {
     let mark = match record.outcome {
+        Outcome::Success if !record.was_carried_out() => "–".to_owned(),
         Outcome::Success => style.green("✓"),
         Outcome::Failure => style.red("✗"),
         Outcome::Stopped => style.red("◦"),
@@ -374,9 +388,9 @@ pub(super) fn left_in_hand(run: &Run) -> Option<String> {
 /// Words how well simulation and reality agree over a run: of the fluents after each step, and of amounts of water at its end where
 /// these differ.
 fn agreed(run: &Run) -> Option<String> {
-    let all = run.steps.iter().map(compared);
+    let all = run.carried_out().map(compared);
     let (same, known) = all.fold((0, 0), |all, step| (all.0 + step.0, all.1 + step.1));
-    let n_steps = run.steps.len();
+    let n_steps = run.carried_out().count();
     let s = if n_steps == 1 { "" } else { "s" };
     let after = format!("fluents after {n_steps} step{s}");
     match (known > 0, amounts(run)) {
@@ -453,6 +467,13 @@ pub fn ending(run: &Run, style: Style) -> String {
     }
     if let Some(told) = agreed(run) {
         let _ = write!(text, "\n  {told}");
+    }
+    match run.steps.iter().filter(|step| not_needed(step).is_some()).count() {
+        0 => {}
+        1 => text += "\n  1 step was not needed",
+        spared => {
+            let _ = write!(text, "\n  {spared} steps were not needed");
+        }
     }
     let t = &run.timing_s;
     if run.state == State::Ended {

@@ -96,7 +96,7 @@ fn step(
         escaped(&record.path),
         record.number,
         escaped(&record.action),
-        html::outcome(record.outcome),
+        html::outcome(record),
         html::score(record)
     );
     if let Some(reason) = &record.reason {

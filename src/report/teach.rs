@@ -389,6 +389,7 @@ mod tests {
             action: "grasp(jar)".into(),
             call: None,
             outcome: Outcome::Failure,
+            not_needed: None,
             reason: Some(cause.to_string()),
             failure: Some(cause.into()),
             interval_s: [0.0, 1.0],

@@ -20,7 +20,7 @@ pub enum Outcome {
     Stopped,
 }
 
-/// One step that was carried out.
+/// One step that was carried out, or that was come to and not needed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepRecord {
     /// Its place in the run, from 1.
@@ -34,6 +34,9 @@ pub struct StepRecord {
     pub call: Option<Call>,
     /// How it ended.
     pub outcome: Outcome,
+    /// What ends or spares it and held before it began, so that nothing was done; `None` of a step that was carried out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_needed: Option<String>,
     /// Why, when it failed, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -64,6 +67,11 @@ pub struct StepRecord {
 }
 
 impl StepRecord {
+    /// Returns whether it was carried out: what was not needed says nothing of arm, twin or branch.
+    pub fn was_carried_out(&self) -> bool {
+        self.not_needed.is_none()
+    }
+
     /// Returns what the step did to things, in order.
     pub fn deeds(&self) -> impl Iterator<Item = &Deed> {
         self.lines.iter().filter_map(|line| line.deed.as_ref())

@@ -27,6 +27,9 @@ pub struct ForkedStep {
     pub action: String,
     /// How it ended.
     pub outcome: Outcome,
+    /// What held before it began, so that nothing was done.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_needed: Option<String>,
     /// Why, when it did not succeed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -205,6 +208,7 @@ fn beside(rehearsal: &Rehearsal, after: usize, came: &[StepRecord]) -> Vec<Forke
                 path: planned.path.clone(),
                 action: planned.text.clone(),
                 outcome: done.outcome,
+                not_needed: done.not_needed.clone(),
                 reason: done.failure.as_ref().map(ToString::to_string),
                 failure: done.failure.clone(),
                 took_s: done.interval[1] - done.interval[0],

@@ -57,7 +57,8 @@ pub fn outcomes(run: &Run, name: &str) -> Vec<Outcome> {
     found
 }
 
-/// Whether each try of a branch worked; a try that was cut short by a person is none.
+/// Whether each try of a branch worked; a try that was cut short by a person is none, nor is one of which no
+/// step was needed.
 fn tries(run: &Run, pg: &ParseGraph, branch: &str) -> Vec<bool> {
     let Some(last) = pg.steps_of(branch).last().map(|at| pg.steps[at].path.as_str()) else {
         return Vec::new();
@@ -65,10 +66,19 @@ fn tries(run: &Run, pg: &ParseGraph, branch: &str) -> Vec<bool> {
     let inside = run.steps.iter().filter(|step| {
         step.path.strip_prefix(branch).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
     });
-    let ends = inside.filter_map(|step| match step.outcome {
-        trace::Outcome::Failure => Some(false),
-        trace::Outcome::Success => (step.path == last).then_some(true),
-        trace::Outcome::Stopped => None,
-    });
-    ends.collect()
+    let (mut tries, mut was_begun) = (Vec::new(), false);
+    for step in inside {
+        was_begun |= step.was_carried_out();
+        let worked = match step.outcome {
+            trace::Outcome::Failure => Some(false),
+            trace::Outcome::Success => (step.path == last).then_some(true),
+            trace::Outcome::Stopped => None,
+        };
+        if let Some(worked) = worked
+            && std::mem::take(&mut was_begun)
+        {
+            tries.push(worked);
+        }
+    }
+    tries
 }

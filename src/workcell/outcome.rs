@@ -197,6 +197,17 @@ pub struct Run {
 }
 
 impl Run {
+    /// Returns the steps that were carried out: those that were not needed count for nothing.
+    pub fn carried_out(&self) -> impl Iterator<Item = &StepRecord> {
+        self.steps.iter().filter(|step| step.was_carried_out())
+    }
+
+    /// Returns how many steps were carried out, and after how many of them twin and measurement agree in all they know.
+    pub fn agreeing(&self) -> (usize, usize) {
+        let of = self.carried_out().count();
+        (of, self.carried_out().filter(|step| step.hamming == 0).count())
+    }
+
     /// Returns a run of which only these steps are known, failed if the last of them did.
     pub fn so_far(task: &str, steps: &[StepRecord]) -> Self {
         let failed = steps.last().is_none_or(|step| step.outcome != Outcome::Success);

@@ -233,6 +233,7 @@ fn record(
         action: step.text.clone(),
         call: call(&step.does),
         outcome: done.outcome,
+        not_needed: done.not_needed,
         reason: done.failure.as_ref().map(ToString::to_string),
         failure: done.failure,
         interval_s: done.interval,

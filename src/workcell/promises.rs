@@ -212,6 +212,7 @@ mod tests {
             action: "act()".into(),
             call: None,
             outcome: Outcome::Success,
+            not_needed: None,
             reason: None,
             failure: None,
             interval_s: [0.0, 1.0],

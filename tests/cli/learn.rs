@@ -102,6 +102,20 @@ fn runs_are_counted_once_by_domain_and_only_when_asked() {
     assert!(said.out.contains("worked 1 of 2"), "{}", said.out);
 }
 
+/// A second round of `repeat … until` that was not needed counted as a grasp that worked.
+#[test]
+fn what_was_not_needed_teaches_nothing() {
+    let scratch = Scratch::new("cli-learn-spared");
+    let mut spared = run("level_side", true, "lab");
+    for step in spared["steps"].as_array_mut().unwrap() {
+        step["not_needed"] = json!("rests_on(jar, left_of(cup))");
+    }
+    scratch.file("runs/a/run.json", run("level_side", true, "lab").to_string());
+    scratch.file("runs/b/run.json", spared.to_string());
+    let said = scratch.trueup(&["learn", "runs", "--dry"]);
+    assert!(said.out.contains("worked 0 of 0, now worked 1 of 1"), "{}", said.out);
+}
+
 #[test]
 fn demonstrations_move_the_priors_and_nothing_else() {
     let scratch = Scratch::new("cli-learn-shown");

@@ -122,6 +122,7 @@ fn an_until_ends_the_step_as_a_success_and_what_follows_in_the_script_is_left_ou
     let at = done.held[0].became_true.unwrap();
     assert!(at >= crossed - 0.001 && at <= crossed + PERIOD + 0.005, "{at} {crossed}");
     assert!(!done.held[0].by_rehearsal);
+    assert_eq!(done.not_needed, None);
     assert!(ticks.last().unwrap().1 < limit + 0.02, "neither the rest of it nor the second rise");
     assert_eq!(walked.step(1).outcome, Outcome::Success);
 }
@@ -143,6 +144,7 @@ fn what_ends_it_already_on_arrival_moves_nothing_and_leaves_the_tasks_promise_as
     let walked = walk(&format!("{{ rise(by: 10 cm) until height(gripper) >= {low:.6} m }}"));
     assert_eq!(walked.step(0).outcome, Outcome::Success, "{:?}", walked.reason(0));
     assert!(walked.ticks.is_empty());
+    assert!(walked.step(0).not_needed.as_ref().unwrap().starts_with("height(gripper) >= "));
     let high = home_height() + 0.05;
     let walked = walk(&format!(
         "{{ gives height(gripper) >= {high:.6} m

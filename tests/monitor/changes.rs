@@ -27,6 +27,7 @@ fn step(number: usize, action: &str, fluents: Vec<FluentRow>) -> StepRecord {
         path: action.into(),
         action: action.into(),
         outcome: Outcome::Success,
+        not_needed: None,
         reason: None,
         failure: None,
         call: None,

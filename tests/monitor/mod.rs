@@ -185,6 +185,7 @@ fn the_evidence_of_a_run_weighs_as_it_was_planted() {
         path: lift.path.clone(),
         action: lift.text.clone(),
         outcome: Outcome::Failure,
+        not_needed: None,
         reason: None,
         failure: None,
         call: None,

@@ -2,11 +2,13 @@
 //! the cup, though the twin had it right.
 
 use std::fs;
+use std::path::Path;
 
 use trueup::fluent::Direction;
 use trueup::graph::ParseGraph;
 use trueup::graph::parse_graph::Choice;
-use trueup::report::record::difference;
+use trueup::report::Style;
+use trueup::report::record::{again, difference};
 use trueup::report::why::{Question, why};
 use trueup::trace::Line;
 use trueup::trace::{FluentRow, Measure, Outcome, StepRecord, TermRow};
@@ -115,6 +117,7 @@ fn step(number: usize, path: &str, action: &str, rows: Vec<FluentRow>) -> StepRe
         path: path.into(),
         action: action.into(),
         outcome: if failed.is_some() { Outcome::Failure } else { Outcome::Success },
+        not_needed: None,
         reason: failed.map(|row| format!("it promised `{}`, which is false", row.name)),
         interval_s: [begin, begin + 4.0],
         fluents: rows,
@@ -227,6 +230,25 @@ fn steps_of_two_calls_are_compared_where_they_say_the_same() {
     let told = difference((1, &first), (2, &second)).join("\n");
     assert!(!told.contains("only in run"), "{told}");
     assert!(told.contains("in run 1, stopped in run 2"), "{told}");
+}
+
+/// Steps that an `until` had spared were told with a tick, and counted among those after which the twin agrees.
+#[test]
+fn a_step_that_was_not_needed_says_so_and_counts_for_nothing() {
+    let mut run = pour("level_side", 0.1, 0.01, 0.001);
+    let style = Style::plain();
+    let whole = again(("1", Path::new("")), &run, None, style).unwrap();
+    assert!(whole.contains("agree (3 of 3 fluents after 2 steps)"), "{whole}");
+    run.steps[1].not_needed = Some("above(jar, cup)".into());
+    let told = again(("1", Path::new("")), &run, None, style).unwrap();
+    let line = told.lines().find(|line| line.contains(" 2  move_over")).unwrap();
+    assert!(line.starts_with('–'), "{line}");
+    assert!(line.ends_with("not needed: above(jar, cup) was true before"), "{line}");
+    assert!(
+        told.contains("agree (1 of 1 fluents after 1 step)\n  1 step was not needed"),
+        "{told}"
+    );
+    assert_eq!(run.agreeing(), (1, 1));
 }
 
 /// After a person's own stop `:why poured(cup, 100 mL)` had advised to look for an effect that the twin lacks.

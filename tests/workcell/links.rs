@@ -33,6 +33,7 @@ fn run(off: f64) -> Run {
         action: "home()".into(),
         call: None,
         outcome: Outcome::Success,
+        not_needed: None,
         reason: None,
         failure: None,
         interval_s: [0.0, 1.0],

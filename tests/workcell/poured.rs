@@ -28,6 +28,7 @@ fn step(number: usize, deed: Option<Deed>, water: f64, is_held: bool) -> StepRec
         action: "step()".into(),
         call: None,
         outcome: Outcome::Success,
+        not_needed: None,
         reason: None,
         failure: None,
         interval_s: [number as f64 - 1.0, number as f64],

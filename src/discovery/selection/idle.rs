@@ -17,7 +17,7 @@ const VISIBLE: f64 = 1.0;
 /// how they change with the same step the other way, or that there is none.
 pub(super) fn holds_still(there: &[f64], back: impl FnOnce() -> Option<Vec<f64>>) -> bool {
     let square = sum_of_squares(there);
-    if square > VISIBLE || square < NOTHING {
+    if !(NOTHING..=VISIBLE).contains(&square) {
         return square < NOTHING;
     }
     // What is even in a number changes as much either way.

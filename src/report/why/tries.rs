@@ -28,7 +28,7 @@ pub(in crate::report) fn tries(
     }
     found.extend(other_branches(question.run, step));
     let good = question.earlier.iter().rev().find(|(_, run)| {
-        run.steps.iter().any(|s| s.path == step.path && s.outcome == Outcome::Success)
+        run.carried_out().any(|s| s.path == step.path && s.outcome == Outcome::Success)
     });
     if let (Some((good, _)), Some(this)) = (good, question.number) {
         found
