@@ -117,7 +117,11 @@ pub const WORDS: &[ScriptWord] = &[
         "ways to push `o` along what it stands on, with the fingers as far open as they are, to a place such as \
          `left_of(cup)`; best first",
     ),
-    part("push", "legs", "its straight pushes, one after the other"),
+    part(
+        "push",
+        "legs",
+        "its straight pushes, one after the other; none where it is there already",
+    ),
     part("leg", "before", "joint positions above and behind the thing"),
     part("leg", "way_in", "the path down behind it"),
     part("leg", "way_out", "the path back from it and up"),

@@ -4,7 +4,7 @@ use trueup::execution::calibrate::Switches;
 use trueup::lab::{LabSettings, Spot};
 use trueup::language::ast::Step;
 use trueup::language::{Source, parse_line};
-use trueup::trace::Nobody;
+use trueup::trace::{Deed, Nobody, StepRecord};
 use trueup::workcell::{Ending, Error, Options, Run, WorkCell};
 
 use super::options;
@@ -58,6 +58,11 @@ fn a_cube_is_pushed_beside_a_tray_and_seen_there() {
     assert_eq!((done.outcome, done.reached), (Ending::Success, true), "{:?}", done.reason);
     assert_eq!(seen(&mut cell, "rests_on(a, next_to(tray))"), Some(true));
     assert_eq!(seen(&mut cell, "gripper.open and not held(any)"), Some(true));
+    // Where it is there already it is left alone: a push had moved it 1 cm away from the tray.
+    let again = run(&mut cell, "push(a, at: next_to(tray))");
+    assert_eq!(again.outcome, Ending::Success, "{:?}", again.reason);
+    let mut deeds = again.steps.iter().flat_map(StepRecord::deeds);
+    assert!(!deeds.any(|deed| matches!(deed, Deed::Pushed { .. })));
     // The tray is 2 cm high: what slides does not climb it.
     let reason = refused(&mut cell, "push(a, at: tray)");
     assert!(reason.contains("pushing does not bring it onto `tray`"), "{reason}");

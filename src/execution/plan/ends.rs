@@ -185,6 +185,18 @@ impl Planner {
         Ok((ends, blocked))
     }
 
+    /// Whether a thing that stands at `pose` is in a place already, as far inside as a push would end at least.
+    pub(super) fn is_there(
+        &self,
+        object: &scene::Object,
+        pose: &Pose<World, Object>,
+        at: &Region,
+    ) -> Result<bool, Why> {
+        let here = pose.origin().xy();
+        let inside = at.margin(&self.cell.scene, &self.state.objects, object, here.into());
+        Ok(inside.map_err(|lost| Why::NotSeen(lost.0))? >= INSIDE)
+    }
+
     /// Whether a thing, turned as it stands at `pose`, slides straight from one point to another.
     fn slides(
         &self,

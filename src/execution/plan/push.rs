@@ -97,7 +97,7 @@ pub struct Leg {
 /// One way to push a thing to a place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Push {
-    /// The straight pushes, one after the other.
+    /// The straight pushes, one after the other; none where it is there already.
     pub legs: Vec<Leg>,
     cost: f64,
 }
@@ -114,7 +114,7 @@ struct Hand {
 }
 
 impl Planner {
-    /// Returns ways to push `o` to a place in `at`, best first.
+    /// Returns ways to push `o` to a place in `at`, best first; one without a stretch where it is there already.
     ///
     /// # Errors
     ///
@@ -128,6 +128,9 @@ impl Planner {
         let on = bears.name.clone().unwrap_or_else(|| TABLE.to_owned());
         self.stands_pushes(object).map_err(no)?;
         self.stays_level(&on, at).map_err(no)?;
+        if self.is_there(object, &pose, at).map_err(no)? {
+            return Ok(vec![Push { legs: Vec::new(), cost: 0.0 }]);
+        }
         let mut roadmap = self.roadmap(object, &pose, at, &on).map_err(no)?;
         let mut slides = Slides::new(self, object, pose, &on);
         let mut hands = Hands::default();
