@@ -176,6 +176,7 @@ enum Command {
 /// Runs the program with the arguments of the process and returns its exit code.
 pub fn main() -> ExitCode {
     panics::listen();
+    signals::outlive_limits();
     let command = guide::command();
     let parsed = command.clone().try_get_matches();
     let read = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));

@@ -3,7 +3,7 @@
 //!
 //! A system that ends programs sends SIGTERM, a terminal that is closed SIGHUP; both do what Ctrl-C does, and
 //! also end the prompt, which Ctrl-C does not. Whoever was told not to mind a closed terminal (`nohup`) does
-//! not.
+//! not. A file that has reached a limit on its size is told by the write that fails, and ends nothing.
 
 #[cfg(unix)]
 use std::sync::OnceLock;
@@ -58,6 +58,17 @@ pub(super) fn at_prompt() {
     }
     AT_PROMPT.store(true, Ordering::SeqCst);
 }
+
+/// Makes a write beyond a limit on the size of files an error like any other: the signal that comes with it would end
+/// the program at once, with the arm on its way. Where it cannot be watched it stays as it was.
+#[cfg(unix)]
+pub(super) fn outlive_limits() {
+    let seen = std::sync::Arc::new(AtomicBool::new(false));
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, seen);
+}
+
+#[cfg(not(unix))]
+pub(super) fn outlive_limits() {}
 
 /// Returns whether an arm may have been moving.
 pub(super) fn has_arm() -> bool {

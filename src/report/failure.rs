@@ -71,12 +71,11 @@ impl Failure {
     pub fn unwritten(path: &Path, error: &io::Error) -> Self {
         let place = path.display().to_string();
         if write::is_full(error) {
-            return Self::input(
-                "io::full",
-                format!("no room left on the disk for {place}: {error}"),
-            )
-            .at(place)
-            .help("make room and try again; what was there before is as it was");
+            let (help, why) = room(error);
+            let why = why.map_or_else(|| error.to_string(), str::to_owned);
+            let message = format!("no room left on the disk for {place}: {why}");
+            let help = format!("{help} and try again; what was there before is as it was");
+            return Self::input("io::full", message).at(place).help(help);
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|_| error.kind() == io::ErrorKind::NotFound)
@@ -232,6 +231,15 @@ pub fn problems_failure(problems: &[graph::Problem], library: &Library, asked: &
     failure
 }
 
+/// What would help where there is no room, and why there is none where that is not the disk.
+fn room(error: &io::Error) -> (&'static str, Option<&'static str>) {
+    if error.kind() == io::ErrorKind::FileTooLarge {
+        let why = "a limit on the size of files is reached";
+        return ("make room, or raise the limit (`ulimit -f`),", Some(why));
+    }
+    ("make room", None)
+}
+
 /// Words why a verb of the cell could not be done.
 pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
     use workcell::{Error, Short};
@@ -242,11 +250,13 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
         Error::Unrecorded { dir, error } => {
             let dir = dir.display().to_string();
             let (help, failure) = if write::is_full(error) {
+                let (help, why) = room(error);
+                let why = why.map_or_else(String::new, |why| format!(": {why}"));
                 let message = format!(
                     "no room left on the disk; the arm was stopped and holds, and what was written so far \
-                     is kept in {dir}"
+                     is kept in {dir}{why}"
                 );
-                ("make room", Failure { code: "io::full".into(), ..Failure::stopped(message) })
+                (help, Failure { code: "io::full".into(), ..Failure::stopped(message) })
             } else {
                 let message = format!("{words}; the arm was stopped and holds");
                 let failure = Failure { code: "io::write".into(), ..Failure::stopped(message) };

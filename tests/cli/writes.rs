@@ -261,6 +261,25 @@ fn a_disk_that_fills_up_during_a_run_stops_the_arm() {
     assert_eq!(scratch.trueup(&["replay", "1", "--record", "short"]).code, 0);
 }
 
+/// A limit on the size of files comes with a signal that ended the program without a word, and left the arm on its way.
+#[test]
+fn a_limit_on_the_size_of_files_is_an_error_and_no_end() {
+    let scratch = Scratch::new("writes-limit");
+    scratch.file("messy.task", "pour(  jar,cup )\n");
+    let limited = |blocks: usize, args: &[&str]| {
+        let output = scratch.limited(&format!("ulimit -f {blocks}"), args).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (code, err) = limited(0, &["fmt", "messy.task"]);
+    assert_eq!(code, Some(2), "{err}");
+    assert!(err.contains(": a limit on the size of files is reached"), "{err}");
+    assert!(err.contains("help: make room, or raise the limit (`ulimit -f`),"), "{err}");
+    let (code, err) = limited(512, &["-c", "home()", "--quiet"]);
+    assert_eq!(code, Some(3), "{err}");
+    assert!(err.contains("the arm was stopped and holds"), "{err}");
+    assert!(err.contains("a limit on the size of files is reached"), "{err}");
+}
+
 /// A trial that could not be kept is told as that, and is none.
 #[test]
 fn a_full_disk_ends_trials() {
