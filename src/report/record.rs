@@ -97,7 +97,12 @@ pub fn again(
             text += &super::run::ending(run, style);
             text += match standing(dir, run) {
                 Standing::Running => "\n  it goes on now",
-                Standing::CutOff => "\n  it was cut off: its program ended before it did",
+                Standing::CutOff if run.reason.is_some() => {
+                    "\n  it was cut off: nothing is kept of what came after that"
+                }
+                Standing::CutOff => {
+                    "\n  it was cut off: its program ended, or found no room to write, before it was over"
+                }
                 Standing::Ended(_) => "",
             };
             Ok(text.trim_end().to_owned())

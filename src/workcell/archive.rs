@@ -12,7 +12,7 @@ use crate::trace::{Deed, Event, Line, StepRecord};
 
 use super::error::NoRun;
 use super::record::{EVENTS, is_going_on};
-use super::{Ending, Error, Run, State};
+use super::{Ending, Error, Run, State, wording};
 
 /// How many earlier runs are looked at.
 const MOST_EARLIER: usize = 20;
@@ -56,6 +56,7 @@ pub fn load(dir: &Path) -> Result<Run, Error> {
             run.questions.push(questionnaire::by_geometry(&step.fluents));
             run.steps.push(step);
         }
+        run.reason = run.reason.or_else(|| why_unrecorded(dir));
     }
     if run.aims.is_none() {
         run.steps.iter_mut().for_each(with_deeds);
@@ -102,12 +103,21 @@ fn steps_told(dir: &Path) -> Vec<StepRecord> {
     ends.collect()
 }
 
+/// Returns why a run was recorded no further, where the last of its events says so.
+fn why_unrecorded(dir: &Path) -> Option<String> {
+    let text = text_of(&dir.join(EVENTS), DATA).ok()?;
+    match serde_json::from_str(text.lines().next_back()?).ok()? {
+        Event::Note { text, .. } if wording::is_unrecorded(&text) => Some(text),
+        _ => None,
+    }
+}
+
 /// How a run that is kept stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
     /// It goes on, in a program that runs now.
     Running,
-    /// Its program ended before it did.
+    /// Its program ended, or could write no more, before it did.
     CutOff,
     /// It is over.
     Ended(Ending),

@@ -21,7 +21,7 @@ use crate::arm::{Cancel, Feedback};
 use crate::files::write;
 use crate::trace::{Event, Observer, Still};
 
-use super::{film, picture};
+use super::{film, picture, wording};
 
 /// The file of events in a run folder.
 pub const EVENTS: &str = "events.jsonl";
@@ -208,6 +208,11 @@ impl Recorder {
     fn fail(&mut self, error: io::Error) {
         if self.trouble.is_some() || self.is_told {
             return;
+        }
+        // A short line may fit where nothing else does: into what is left of the last block of its file.
+        let last = Event::note(wording::unrecorded(&error));
+        if let Ok(line) = serde_json::to_string(&last) {
+            let _ = self.events.add(&(line + "\n"));
         }
         self.trouble = Some(error);
         if let Some(stop) = &self.stop {

@@ -116,9 +116,17 @@ pub(super) fn break_passed(number: usize, step: &str) -> String {
 
 // Why a run ended as it did.
 
+/// How [`unrecorded`] begins.
+const UNRECORDED: &str = "the run could not be recorded any further: ";
+
 /// What can be said of it was not written down.
 pub(super) fn unrecorded(trouble: impl Display) -> String {
-    format!("the run could not be recorded any further: {trouble}")
+    format!("{UNRECORDED}{trouble}")
+}
+
+/// Whether a line says so.
+pub(super) fn is_unrecorded(line: &str) -> bool {
+    line.starts_with(UNRECORDED)
 }
 
 /// The program panicked.

@@ -4,10 +4,12 @@ use std::fs;
 
 use trueup::arm::Feedback;
 use trueup::discovery::recording::{Map, Recording};
+use trueup::report::Style;
+use trueup::report::record::again;
 use trueup::trace::{Event, Observer};
 use trueup::units::{Dimension, parse_column};
 use trueup::workcell::record::Recorder;
-use trueup::workcell::{Stdlib, picture};
+use trueup::workcell::{Run, State, Stdlib, archive, picture};
 use trueup::world::{ObjectState, Pose, WorldState};
 
 use crate::program::Scratch;
@@ -116,6 +118,25 @@ fn what_could_not_be_written_is_told() {
     recorder.event(&Event::picture("01-before-real", &image));
     assert!(recorder.save(&serde_json::json!({})).is_err());
     assert!(recorder.save(&serde_json::json!({})).is_ok(), "told once; the rest is kept");
+}
+
+/// Of a run whose last document did not fit either, `replay` said that its program had ended before it did.
+#[test]
+fn why_it_was_recorded_no_further_is_kept_where_a_line_fits() {
+    let scratch = Scratch::new("recorder-no-room");
+    let mut recorder = Recorder::create(&scratch.path("runs"), "now", "x").unwrap();
+    let dir = recorder.dir().to_path_buf();
+    recorder.save(&Run { state: State::Running, ..Run::so_far("home()", &[]) }).unwrap();
+    recorder.event(&Event::note("looking"));
+    assert_eq!(archive::load(&dir).unwrap().reason, None);
+    fs::remove_dir(dir.join("frames")).unwrap();
+    recorder.event(&Event::picture("01-before-real", &image::RgbImage::new(4, 4)));
+    drop(recorder);
+    let run = archive::load(&dir).unwrap();
+    let reason = run.reason.clone().unwrap();
+    assert!(reason.starts_with("the run could not be recorded any further: "), "{reason}");
+    let told = again(("1", dir.as_path()), &run, None, Style::plain()).unwrap();
+    assert!(told.contains(&reason) && told.contains("it was cut off: nothing is kept"), "{told}");
 }
 
 /// A picture that is asked for by two names is kept once and found by both.
