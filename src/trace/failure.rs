@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::arm::limits::LimitError;
 use crate::language::text;
-use crate::units::{Dimension, Quantity};
+use crate::units::{Dimension, Quantity, told_apart};
 
 use super::no_way::NoWay;
 
@@ -36,7 +36,10 @@ impl fmt::Display for Unmet {
         let Some(Quantity { value, dimension }) = self.margin else { return Ok(()) };
         write!(f, " by {}", Quantity { value: value.abs(), dimension })?;
         match self.numbers {
-            Some((value, limit)) => write!(f, " ({value}, limit {limit})"),
+            Some((value, limit)) => {
+                let [value, limit] = told_apart(value, limit);
+                write!(f, " ({value}, limit {limit})")
+            }
             None => Ok(()),
         }
     }

@@ -15,6 +15,11 @@ use serde::{Deserialize, Serialize};
 
 pub use spelling::{UNITS, convert, known_units, suggest_unit, units_of};
 
+/// Significant digits that people are told, and the most that tell two quantities apart. Chosen: three are as fine as anything
+/// on a table is measured, nine finer than anything is computed.
+const USUAL_DIGITS: usize = 3;
+const MOST_DIGITS: usize = 9;
+
 /// Exponents of the base quantities a unit is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 #[serde(default)]
@@ -152,17 +157,26 @@ impl Quantity {
     pub fn signed(self) -> String {
         if self.value >= 0.0 { format!("+{self}") } else { self.to_string() }
     }
+
+    /// Writes it with so many significant digits in the everyday unit.
+    fn written(self, digits: usize) -> String {
+        let (value, unit) = self.in_everyday_unit();
+        let number = significant(value, digits);
+        if unit.is_empty() { number } else { format!("{number} {unit}") }
+    }
+}
+
+/// Writes two quantities with as many significant digits as tell them apart, three at least: a value beside its limit.
+pub fn told_apart(first: Quantity, second: Quantity) -> [String; 2] {
+    let with = |digits| [first, second].map(|quantity| quantity.written(digits));
+    let differ = |written: &[String; 2]| written[0] != written[1];
+    (USUAL_DIGITS..=MOST_DIGITS).map(with).find(differ).unwrap_or_else(|| with(USUAL_DIGITS))
 }
 
 impl fmt::Display for Quantity {
     /// Three significant digits in the everyday unit: `12 cm`, `31 mm`, `150 mL`, `7.2 deg`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (value, unit) = self.in_everyday_unit();
-        let number = significant(value, 3);
-        match unit.as_str() {
-            "" => f.write_str(&number),
-            unit => write!(f, "{number} {unit}"),
-        }
+        f.write_str(&self.written(USUAL_DIGITS))
     }
 }
 
@@ -283,6 +297,15 @@ mod tests {
             assert!((again.factor - 1.0).abs() < 1e-15);
         }
         assert_eq!(Dimension::TORQUE.si(), "N*m");
+    }
+
+    /// A pour failed "by 0.184 mL (135 mL, limit 135 mL)".
+    #[test]
+    fn a_value_is_told_apart_from_its_limit() {
+        let volumes = |a, b| told_apart(Quantity::cubic_metres(a), Quantity::cubic_metres(b));
+        assert_eq!(volumes(134.866e-6, 135.06e-6), ["134.9 mL", "135.1 mL"]);
+        assert_eq!(volumes(120e-6, 135e-6), ["120 mL", "135 mL"]);
+        assert_eq!(volumes(135e-6, 135e-6), ["135 mL", "135 mL"]);
     }
 
     #[test]

@@ -43,7 +43,8 @@ impl WorkCell {
                 on.run.outcome = Ending::Success;
                 return Ok(());
             };
-            self.audience.note(&wording::step_failed(&reason));
+            // Whoever is told of steps has been told why.
+            self.audience.detail(&wording::step_failed(&reason));
             let pg = &best.candidate.pg;
             if plan_again && again < AGAIN {
                 again += 1;

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use crate::fluent::Direction;
 use crate::trace::{FluentRow, Measure, TermRow};
+use crate::units::{Unit, told_apart};
 
 use super::super::run::people;
 
@@ -27,7 +28,8 @@ pub(super) fn comparison(term: &TermRow) -> String {
     };
     let mut text = format!("{mark}  {}", term.text);
     if let (Some(value), Some(limit)) = (&term.value, &term.limit) {
-        let _ = write!(text, "\n         is {}, limit {}", unsigned(value), unsigned(limit));
+        let [value, limit] = apart(value, limit);
+        let _ = write!(text, "\n         is {value}, limit {limit}");
         if let Some(margin) = &term.margin {
             let _ = write!(text, ", margin {}", people(margin));
         }
@@ -44,6 +46,16 @@ pub(super) fn comparison(term: &TermRow) -> String {
 pub(in crate::report) fn unsigned(measure: &Measure) -> String {
     let text = people(measure);
     text.strip_prefix('+').map_or(text.clone(), str::to_owned)
+}
+
+/// A value and its limit, with as many digits as tell them apart.
+fn apart(value: &Measure, limit: &Measure) -> [String; 2] {
+    match [value, limit].map(|measure| Unit::parse(&measure.unit)) {
+        [Ok(of_value), Ok(of_limit)] => {
+            told_apart(of_value.of(value.value), of_limit.of(limit.value))
+        }
+        _ => [unsigned(value), unsigned(limit)],
+    }
 }
 
 /// How much a margin is, without its sign: `31 mm`.
@@ -70,7 +82,7 @@ pub(in crate::report) fn way(direction: &Direction, margin: Option<&Measure>) ->
 pub(super) fn standing(term: &TermRow) -> Option<String> {
     let (head, rest) = term.text.split_once(')')?;
     let (name, object) = head.split_once('(').filter(|_| rest.starts_with(" <= "))?;
-    let (is, limit) = (unsigned(term.value.as_ref()?), unsigned(term.limit.as_ref()?));
+    let [is, limit] = apart(term.value.as_ref()?, term.limit.as_ref()?);
     Some(match (name, term.truth?) {
         ("tilt", true) => format!("`{object}` is upright ({is} from the vertical)"),
         ("tilt", false) => format!("`{object}` is tilted by {is} ({limit} allowed)"),
