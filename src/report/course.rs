@@ -39,7 +39,7 @@ const LETTERS: usize = 38;
 /// Moments of a recording that a plot shows at most: one for each pixel of a telephone's screen.
 const MOMENTS: usize = 440;
 /// Colours that stay apart for the colour-blind on light and dark paper (Okabe and Ito, the yellow left out for a grey).
-const COLOURS: [&str; 7] =
+pub(super) const COLOURS: [&str; 7] =
     ["#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9", "#cc79a7", "#8a8f94"];
 
 /// Returns the drawings, each in its card; empty for a run without steps.
@@ -218,12 +218,14 @@ fn water(film: &Film, span: &Span) -> Option<String> {
     let all =
         moments().flat_map(|moment| columns.iter().map(|column| moment.water_ml[*column] * 1e-6));
     let mut plot = span.plot("water", "m^3", all)?;
-    for (k, column) in columns.iter().enumerate() {
+    // A vessel's colour goes by its place in the table, as in the film.
+    for column in &columns {
         let points =
             moments().map(|moment| (moment.time - span.begin, moment.water_ml[*column] * 1e-6));
-        plot.line(points, COLOURS[k % COLOURS.len()], "");
+        plot.line(points, colour(*column), "");
     }
-    let names: Vec<String> = columns.iter().map(|column| film.vessels[*column].clone()).collect();
+    let name = |column: usize| (colour(column), film.vessels[column].clone());
+    let names: Vec<_> = columns.into_iter().map(name).collect();
     Some(card("Water in the twin", plot, &names))
 }
 
@@ -273,26 +275,26 @@ fn lines(
         let mut names = Vec::new();
         for (k, (joint, values)) in joints.iter().enumerate() {
             let points = arm.times.iter().zip(values).map(|(t, value)| (t - span.begin, *value));
-            plot.line(points, COLOURS[k % COLOURS.len()], "");
-            names.push(format!("joint {joint}"));
+            plot.line(points, colour(k), "");
+            names.push((colour(k), format!("joint {joint}")));
         }
         Some(card(drawing.title, plot, &names))
     };
     [drawn(&turn, turning), drawn(&slide, sliding)].into_iter().flatten().collect()
 }
 
-fn card(title: &str, plot: Plot, names: &[String]) -> String {
+/// The colour of the `k`th of several.
+fn colour(k: usize) -> &'static str {
+    COLOURS[k % COLOURS.len()]
+}
+
+fn card(title: &str, plot: Plot, names: &[(&str, String)]) -> String {
     let mut text = format!(
         "<figure class=\"card\"><h2>{title}</h2>\n{}\n<figcaption class=\"key\">",
         plot.drawn(title)
     );
-    for (k, name) in names.iter().enumerate() {
-        let _ = write!(
-            text,
-            "<span><i style=\"background:{}\"></i>{}</span>",
-            COLOURS[k % COLOURS.len()],
-            escaped(name)
-        );
+    for (colour, name) in names {
+        let _ = write!(text, "<span><i style=\"background:{colour}\"></i>{}</span>", escaped(name));
     }
     text + "</figcaption></figure>\n"
 }

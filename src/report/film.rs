@@ -12,6 +12,7 @@ use crate::workcell::Run;
 use crate::workcell::film as reel;
 
 use super::Style;
+use super::course::COLOURS;
 use super::run::ending;
 
 /// What is said of a film in which no picture is the camera's.
@@ -29,14 +30,26 @@ const END: usize = 15;
 /// Fluents that there is room for.
 const FLUENTS: usize = 10;
 
-/// Colours of the dark page, and of the water of up to three vessels.
+/// Vessels whose water there is room for.
+const VESSELS: usize = 4;
+
+/// Colours of the dark page, and of the water in vessels: those of the drawings in a report, in their order, as light as dark
+/// paper asks for.
 const PAPER: [u8; 3] = [20, 23, 26];
 const INK: [u8; 3] = [231, 233, 235];
 const SOFT: [u8; 3] = [163, 172, 181];
 const LINE: [u8; 3] = [58, 64, 71];
 const YES: [u8; 3] = [127, 214, 160];
 const NO: [u8; 3] = [255, 157, 147];
-const WATER: [[u8; 3]; 4] = [[232, 199, 102], [124, 184, 242], [199, 160, 240], [163, 172, 181]];
+const WATER: [[u8; 3]; COLOURS.len()] = [
+    [92, 146, 235],
+    [230, 159, 0],
+    [60, 190, 145],
+    [232, 110, 50],
+    [120, 200, 245],
+    [214, 140, 185],
+    [163, 172, 181],
+];
 
 /// Which picture of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,6 +157,16 @@ fn fitted(picture: RgbImage) -> RgbImage {
     imageops::thumbnail(&picture, PICTURE.0, PICTURE.1)
 }
 
+/// When the fluents were measured that are shown beside step `at`: what goes on changes some of them, and is measured at
+/// its end. `last` is the last step that has ended.
+fn heading(last: Option<usize>, at: usize) -> &'static str {
+    if last.is_some_and(|last| last >= at) {
+        "as measured after this step:"
+    } else {
+        "as measured before this step:"
+    }
+}
+
 /// What was measured last of each fluent that the run changed.
 fn fluents(canvas: &mut RgbImage, steps: &[StepRecord], moment: &Moment) {
     let mut names: Vec<&str> = Vec::new();
@@ -162,8 +185,12 @@ fn fluents(canvas: &mut RgbImage, steps: &[StepRecord], moment: &Moment) {
         }
     }
     let before = steps.iter().take_while(|step| step.interval_s[1] <= moment.time + 1e-3).last();
+    if !names.is_empty() {
+        let words = heading(before.map(|step| step.number), moment.step);
+        letters::write(canvas, (16, PICTURE.1 + 30), words, SOFT);
+    }
     for (n, name) in (0_u32..).zip(names.into_iter().take(FLUENTS)) {
-        let (x, y) = (16 + n % 2 * 310, PICTURE.1 + 42 + n / 2 * 22);
+        let (x, y) = (16 + n % 2 * 310, PICTURE.1 + 50 + n / 2 * 20);
         let truth = before.and_then(|step| known(step, name));
         let (mark, ink) = match truth {
             Some(true) => (YES, INK),
@@ -196,7 +223,7 @@ fn water(canvas: &mut RgbImage, material: &Material<'_>, moments: &[Moment], at:
         .filter(|(k, name)| {
             *name != "spilt" || moments.iter().any(|moment| moment.water_ml[*k] >= 0.5)
         })
-        .take(WATER.len())
+        .take(VESSELS)
         .collect();
     // The fullest is labelled first, the others below it.
     shown.sort_by(|a, b| moments[at].water_ml[b.0].total_cmp(&moments[at].water_ml[a.0]));
@@ -237,4 +264,28 @@ fn cut(line: &str, most: usize) -> String {
         return line.to_owned();
     }
     line.chars().take(most.saturating_sub(1)).chain(['…']).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Through all of a tilt the jar was told to be level, and not to pour.
+    #[test]
+    fn while_a_step_goes_on_the_fluents_are_told_to_be_those_before_it() {
+        assert_eq!(heading(None, 1), "as measured before this step:");
+        assert_eq!(heading(Some(7), 8), "as measured before this step:");
+        assert_eq!(heading(Some(8), 8), "as measured after this step:");
+    }
+
+    /// The jar was yellow and the cup blue, which in the report was the jar.
+    #[test]
+    fn the_water_of_a_vessel_has_the_hue_that_it_has_in_the_report() {
+        for (light, colour) in WATER.iter().zip(COLOURS) {
+            let number = u32::from_str_radix(&colour[1..], 16).unwrap();
+            let [_, dark @ ..] = number.to_be_bytes();
+            let most = |of: &[u8; 3]| (0..3).max_by_key(|k| of[*k]);
+            assert_eq!(most(light), most(&dark), "{colour}");
+        }
+    }
 }
