@@ -11,6 +11,7 @@ use super::links::own::Links;
 use super::load::Thing;
 use super::simulate::{Model, is_in};
 use super::term::{Law, SENSIBLE_GAIN, Term, WITHIN};
+use super::zeros;
 use crate::discovery::selection::{
     Block, Candidate, Hypothesis, ParameterSpec, Residuals, Set, rises,
 };
@@ -309,6 +310,10 @@ impl Residuals for ArmGap {
                 let specs = term.law.specs();
                 let mut angles = specs.iter().zip(parameters);
                 return angles.all(|(spec, angle)| angle.abs() < WITHIN * spec.range.1);
+            }
+            Law::ZeroOffset => {
+                let sees_tip = self.train.iter().any(|m| m.course.data.has(Quantity::Tip));
+                return parameters[0].abs() < zeros::largest(sees_tip);
             }
             // Where the sensor mostly shows more, it only takes the joint's torque away.
             Law::Saturation => {

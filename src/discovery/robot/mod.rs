@@ -41,6 +41,7 @@ mod refusal;
 mod rows;
 mod sensor;
 mod thin;
+mod zeros;
 
 pub use investigate::investigate;
 pub(super) use plausible::check_clock;

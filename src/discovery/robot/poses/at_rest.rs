@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::super::channels::{Data, Quantity};
 use super::super::plausible::COARSE;
+use super::super::zeros;
 use crate::discovery::recording::Recording;
 use crate::units::Dimension;
 
@@ -16,6 +17,11 @@ pub(super) struct Pose {
     pub(super) tip: Option<Vector3<f64>>,
     /// Joint torques, N·m; empty where none were read.
     pub(super) tau: Vec<f64>,
+}
+
+/// Returns how far the zero of an encoder may be off where this was read, rad.
+pub(super) fn largest_zero(poses: &[Pose]) -> f64 {
+    zeros::largest(poses.iter().any(|pose| pose.tip.is_some()))
 }
 
 /// Steps of the joints change by this part of themselves, or more, from one row to the next where rows are poses: a motion

@@ -6,7 +6,7 @@ use super::super::chain::MOST_JOINTS;
 use super::super::plant::Arm;
 use super::super::term::{Law, SENSIBLE_GAIN, SHIFTS, Term};
 use super::super::{estimates, known, wording};
-use super::at_rest::Pose;
+use super::at_rest::{Pose, largest_zero};
 use super::geometry::{Geometry, LEAST_BEYOND};
 use super::model::AtRest;
 use crate::alignment::rigid::motion_between;
@@ -349,7 +349,7 @@ impl Residuals for AtPoses {
             Law::LinkMass => chain.bodies[term.joint].may_gain(p[0]),
             Law::Payload => p[0] > 0.0 && chain.bears(p[0], &p[1..4]),
             Law::LinkLength => Vector3::from_column_slice(p).norm() < LONGEST * chain.reach(),
-            Law::ZeroOffset => p[0].abs() < std::f64::consts::PI,
+            Law::ZeroOffset => p[0].abs() < largest_zero(&self.train),
             _ => true,
         }
     }
