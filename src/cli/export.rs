@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::alignment::decode;
+use crate::discovery::recording::Sidecar;
+use crate::discovery::recording::sidecar::is_exported;
 use crate::files::{self, write};
 use crate::report::export::{self, Material};
 use crate::report::film::Seen;
 use crate::report::{self, Failure, Style, kept};
 use crate::workcell::links::Links;
-use crate::workcell::{Run, archive, film, picture, record};
+use crate::workcell::{Run, archive, carried, film, picture, record};
 
-#[cfg(feature = "arrow")]
 use super::cell;
 use super::inputs::{arm_rows, spare};
 use super::shared::Shared;
@@ -27,7 +28,8 @@ pub(super) struct ExportArgs {
     #[cfg(feature = "bags")]
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
-    /// A table: the arm's recording with the current step and every fluent as measured last.
+    /// A table: the arm's recording with the current step and every fluent as measured last; beside it, in a JSON file, what
+    /// the run says of it (`gap` reads both).
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// An RRD file for Rerun: as `--mcap`, and the arm's links, margins and what was said. For the links, `--scene` says which
@@ -74,6 +76,7 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
     // A run that was cut off may have none.
     let events = files::read::text_of(&dir.join(record::EVENTS), files::read::DATA);
     let links = links(args, cli, &run, style)?;
+    let told = told(args, cli, (&run, arm.as_str()), style);
     let material = Material {
         run: &run,
         arm: &arm,
@@ -82,6 +85,7 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
         still: &still,
         events: &events.unwrap_or_default(),
         links: links.as_ref(),
+        sidecar: told.as_deref(),
     };
     let wrong = |error: export::Error| {
         Failure::input("export::run", format!("{}: {error}", dir.display()))
@@ -103,6 +107,9 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
     }
     if let Some(path) = &args.csv {
         put(path, export::table(&material).map_err(wrong)?.as_bytes())?;
+        if let Some((beside, text)) = beside(path, told.as_deref(), style) {
+            put(&beside, text.as_bytes())?;
+        }
     }
     if let Some(path) = &args.mp4 {
         let moving = moving(&dir, &run, &film).ok_or_else(|| {
@@ -125,6 +132,41 @@ pub(super) fn export(args: &ExportArgs, cli: &Shared, style: Style) -> Result<Ex
         style.say(format!("{} in {}", run.task, written.join(" and ")));
     }
     Ok(Exit::Yes)
+}
+
+/// Returns what the run says of the arm's recording, for the files that `gap` reads.
+fn told(args: &ExportArgs, cli: &Shared, (run, arm): (&Run, &str), style: Style) -> Option<String> {
+    let is_read = args.wanted().any(|(ending, _)| matches!(ending, "csv" | "mcap"));
+    if arm.is_empty() || !is_read {
+        return None;
+    }
+    let options = cell::options(&cell::of_run(cli, run), None).ok();
+    let found = options.and_then(|options| carried::told(run, arm, options).ok().flatten());
+    if found.is_none() {
+        style.note(
+            "what the hand carried is left out: arm and scene are not this run's; `--scene FILE` or `--stdlib FOLDER` says which",
+        );
+    }
+    found.map(|told| told.text())
+}
+
+/// Returns the file beside a table in which `gap` looks for what is known of it, and what belongs into it. What another
+/// program or person wrote there stays.
+fn beside(table: &Path, told: Option<&str>, style: Style) -> Option<(PathBuf, String)> {
+    table.extension()?;
+    let path = table.with_extension("json");
+    let is_there = path.exists();
+    if is_there && !files::read::text(&path).is_ok_and(|text| is_exported(&text)) {
+        let (path, table) = (path.display(), table.display());
+        style.note(&format!(
+            "{path} is there, and no export wrote it: it stays, and `gap {table}` reads it; another name for the table gives \
+             it a file of its own"
+        ));
+        return None;
+    }
+    // What an earlier export said there is of another run.
+    let text = told.map(str::to_owned).or_else(|| is_there.then(|| Sidecar::default().text()))?;
+    Some((path, text))
 }
 
 /// Returns where the arm's links are, for a file that has a place for them.

@@ -4,13 +4,14 @@
 //! inside. Nothing that was hidden is used: what the arm's torques say about the mass is what `gap` is to find.
 
 use crate::discovery::recording::sidecar::{Carried, TorqueSensor};
-use crate::discovery::recording::{Recording, Segment};
+use crate::discovery::recording::{Map, Recording, Segment, Sidecar};
 use crate::motion::Robot;
 use crate::trace::{Deed, Outcome, StepRecord};
 use crate::units::Dimension;
 use crate::world::{Object, Scene, WATER_DENSITY};
 
-use super::{Run, poured, wording};
+use super::devices::place;
+use super::{Error, Options, Run, links, poured, wording};
 
 /// A scale is read so often, s.
 const SCALE: f64 = 0.1;
@@ -48,6 +49,27 @@ pub fn carried(run: &Run, recording: &mut Recording, robot: &Robot, scene: &Scen
         carried.push(one);
     }
     recording.sidecar.carried = carried;
+}
+
+/// Returns what a run says of the arm's recording of it, `arm` being the text of its `arm.csv`; `None` where the robot and the
+/// scene at hand are not the run's, or the text is no recording.
+///
+/// # Errors
+///
+/// As [`super::WorkCell::open`].
+pub fn told(run: &Run, arm: &str, mut options: Options) -> Result<Option<Sidecar>, Error> {
+    let (_, scene, robot) = place(&mut options)?;
+    if links::agree(run, &robot, &scene) == Some(false) {
+        return Ok(None);
+    }
+    let Ok(mut recording) = Recording::read("arm.csv", arm, None, &Map::default()) else {
+        return Ok(None);
+    };
+    carried(run, &mut recording, &robot, &scene);
+    let mut told = recording.sidecar;
+    told.robot = Some(scene.robot.clone());
+    told.tip = robot.links().get(robot.tip()).map(|link| link.name.clone());
+    Ok(Some(told))
 }
 
 /// Takes what was inside from the scale under the vessel that it was poured into, if one was read: what that gained is no

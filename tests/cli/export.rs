@@ -162,6 +162,17 @@ fn the_table_has_the_step_and_the_fluents_beside_the_arm() {
     }
 }
 
+/// What `gap` is to know of a table lies beside it under the table's name, which may be another file's already.
+#[test]
+fn what_somebody_else_wrote_beside_a_table_stays() {
+    let scratch = Scratch::new("export-beside");
+    with_rows(&scratch);
+    scratch.file("mine.json", "{}");
+    let said = scratch.trueup(&["export", RUN, "--csv", "mine.csv"]);
+    assert!(said.code == 0 && said.err.contains("mine.json is there"), "{said:?}");
+    assert_eq!(fs::read_to_string(scratch.path("mine.json")).unwrap(), "{}");
+}
+
 #[test]
 fn what_cannot_be_exported_says_what_helps() {
     let scratch = Scratch::new("export-wrong");

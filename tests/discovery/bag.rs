@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use byteorder::LittleEndian;
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, Metadata};
 use serde::Serialize;
-use trueup::discovery::recording::{Bag, Map, Recording};
+use trueup::discovery::recording::sidecar::{METADATA, TEXT, TorqueSensor};
+use trueup::discovery::recording::{Bag, Map, Recording, Sidecar};
 use trueup::units::Dimension;
 
 use super::{bare_arm, recording};
@@ -25,6 +26,11 @@ struct JointState {
 type Said<'a> = (&'a str, f64, &'a [String], Vec<f64>, Vec<f64>, Vec<f64>);
 
 fn bag(schema: &str, messages: &[Said<'_>]) -> Vec<u8> {
+    bag_with(schema, messages, None)
+}
+
+/// As [`bag`], with the text of a sidecar.
+fn bag_with(schema: &str, messages: &[Said<'_>], told: Option<&str>) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     let mut writer = mcap::Writer::new(&mut bytes).unwrap();
     let schema = writer.add_schema(schema, "ros2msg", b"").unwrap();
@@ -45,6 +51,10 @@ fn bag(schema: &str, messages: &[Said<'_>]) -> Vec<u8> {
         let sequence = sequence as u32;
         let header = MessageHeader { channel_id, sequence, log_time: time, publish_time: time };
         writer.write_to_known_channel(&header, &data).unwrap();
+    }
+    if let Some(text) = told {
+        let metadata = BTreeMap::from([(TEXT.to_owned(), text.to_owned())]);
+        writer.write_metadata(&Metadata { name: METADATA.into(), metadata }).unwrap();
     }
     writer.finish().unwrap();
     drop(writer);
@@ -118,6 +128,35 @@ fn a_command_holds_until_the_next() {
     assert_eq!(command.iter().filter(|value| (**value - 5.0).abs() < 1e-12).count(), 30);
     assert_eq!(command.iter().filter(|value| (**value - 6.0).abs() < 1e-12).count(), 49);
     assert!(read.notes.iter().any(|note| note.contains("21 rows")), "{:?}", read.notes);
+}
+
+/// A run that was exported was not what its own recording was: who carried what had stayed behind.
+#[test]
+fn a_bag_brings_what_is_known_of_it_by_its_own_clock() {
+    let names = ["elbow".to_owned()];
+    let said = |i: u32| {
+        let t = 5.0 + f64::from(i) * 0.01;
+        ("/joint_states", t, &names[..], vec![t], vec![], vec![])
+    };
+    let messages: Vec<Said<'_>> = (0..20).map(said).collect();
+    let text = r#"{"torque_sensor": "link", "segments": [{"name": "lift", "from_s": 5.04, "to_s": 5.1}],
+        "carried": [{"object": "jar", "taken_s": [5.02, 5.04], "left_s": [5.1, 5.12], "mass_kg": 0.1,
+                     "contents_kg": [[5.05, 0.2]], "com_m": [0, 0, 0.1]}]}"#;
+    let bytes = bag_with("sensor_msgs/msg/JointState", &messages, Some(text));
+    let read = |beside: Option<(&str, &str)>| {
+        Recording::read_bag("arm.mcap", &bytes, beside, &Map::default()).unwrap().sidecar
+    };
+    let own = read(None);
+    assert_eq!(own.torque_sensor, TorqueSensor::Link);
+    let jar = &own.carried[0];
+    let times = [jar.taken_s[0], jar.left_s[1], jar.contents_kg[0][0], own.segments[0].from];
+    for (time, wanted) in times.into_iter().zip([0.02, 0.12, 0.05, 0.04]) {
+        assert!((time - wanted).abs() < 1e-6, "{times:?}");
+    }
+    assert_eq!(Sidecar::read("arm.json", &own.text()).unwrap(), own);
+    // What somebody wrote beside it is taken at its word, what was exported there belongs to a table.
+    assert!(read(Some(("arm.json", "{}"))).carried.is_empty());
+    assert_eq!(read(Some(("arm.json", &Sidecar::default().text()))), own);
 }
 
 /// `ros2 bag record` splits a long bag; the parts are one recording, in whatever order they come.

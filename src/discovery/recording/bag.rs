@@ -2,13 +2,15 @@
 //!
 //! Joints keep the names the bag gives them (`q_shoulder`, `dq_shoulder`, `tau_shoulder`) until
 //! [`Recording::number_joints`] gives them the numbers of a robot. Topics whose name speaks of a command
-//! become `q_cmd_…`. Sources: the MCAP specification 0, OMG CDR 1.0, `sensor_msgs` of ROS 2.
+//! become `q_cmd_…`. Metadata may hold the sidecar, as those of a run that was exported do. Sources: the MCAP
+//! specification 0, OMG CDR 1.0, `sensor_msgs` of ROS 2.
 
 use std::collections::BTreeMap;
 
 use byteorder::{BigEndian, LittleEndian};
 use serde::Deserialize;
 
+use super::sidecar::{self, is_exported};
 use super::{BagFlaw, BrokenBag, BrokenMessage, Error, Flaw};
 use super::{Column, MOST_VALUES, Map, Recording, Sidecar, records, too_much, wording};
 use crate::units;
@@ -55,6 +57,8 @@ pub struct Bag {
     n_values: usize,
     /// Whether a message bears no stamp.
     is_unstamped: bool,
+    /// The text of the sidecar that it brings.
+    told: Option<String>,
 }
 
 impl Bag {
@@ -65,7 +69,15 @@ impl Bag {
     /// An [`Error`] for bytes that are no MCAP file, a message that cannot be read, or more values than are read.
     pub fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), Error> {
         let broken = |why: BrokenBag| Flaw::Bag(BagFlaw::Broken(why)).at(name);
-        records::messages(bytes, broken, |message| self.take(name, &message))
+        records::items(bytes, broken, |item| match item {
+            records::Item::Message(message) => self.take(name, &message),
+            records::Item::Metadata(mut told) => {
+                if told.name == sidecar::METADATA {
+                    self.told = told.metadata.remove(sidecar::TEXT);
+                }
+                Ok(())
+            }
+        })
     }
 
     /// Adds a message, if it is a joint state.
@@ -108,19 +120,26 @@ impl Bag {
         if self.n_values > MOST_VALUES { Err(too_much(name, self.n_values)) } else { Ok(()) }
     }
 
-    /// Makes one recording of it all; `name` is the bag's, the sidecar and the map are as for [`Recording::read`].
+    /// Makes one recording of it all; `name` is the bag's, the sidecar and the map are as for [`Recording::read`]. A sidecar
+    /// that was exported is another file's where the bag brings its own.
     ///
     /// # Errors
     ///
     /// An [`Error`] for a bag without joint states, a column that the map renames and the bag does not have, or a sidecar
     /// that is not one.
     pub fn recording(
-        self,
+        mut self,
         name: &str,
         sidecar: Option<(&str, &str)>,
         map: &Map,
     ) -> Result<Recording, Error> {
-        let sidecar = Sidecar::beside(sidecar)?;
+        let own = self.told.take();
+        let beside = sidecar.filter(|(_, text)| own.is_none() || !is_exported(text));
+        let own = own.filter(|_| beside.is_none());
+        let told = match &own {
+            Some(text) => Sidecar::read(name, text)?,
+            None => Sidecar::beside(beside)?,
+        };
         let (series, mut notes) = self.in_order(name)?;
         let headers: Vec<String> = series.keys().cloned().collect();
         if let Some(theirs) = map.unused(&headers) {
@@ -161,6 +180,8 @@ impl Bag {
         });
         let columns = columns.collect();
         let first = time[0];
+        // What the bag itself tells is told by its own clock.
+        let sidecar = if own.is_some() { told.later(-first) } else { told };
         let time = time.into_iter().map(|t| t - first).collect();
         Ok(Recording { name: name.into(), time, lines: Vec::new(), columns, sidecar, notes })
     }

@@ -1,8 +1,8 @@
-//! The messages of an MCAP file, one after the other, without trusting what it says of itself.
+//! The messages and the metadata of an MCAP file, one after the other, without trusting what it says of itself.
 //!
 //! A chunk of kilobytes may unpack to terabytes, and a record may claim any length: what the chunks say they hold
-//! is added up before anything is unpacked, and no record may be longer than a limit. Only schemas, channels and
-//! messages are looked into.
+//! is added up before anything is unpacked, and no record may be longer than a limit. Only schemas, channels,
+//! messages and metadata are looked into.
 //!
 //! Source: the MCAP specification 0, "Records" and "Chunk".
 
@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use mcap::parse_record;
 use mcap::read::ChannelAccumulator;
-use mcap::records::{Record, op};
+use mcap::records::{Metadata, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{Channel, MAGIC, McapError};
 
@@ -34,15 +34,22 @@ pub(super) struct Message<'a> {
     pub(super) data: &'a [u8],
 }
 
-/// Calls `each` for every message in the order of the file; its own errors end the reading.
+/// What a file holds that is looked into.
+pub(super) enum Item<'a> {
+    Message(Message<'a>),
+    /// What is told of the file, under a name.
+    Metadata(Metadata),
+}
+
+/// Calls `each` for every item in the order of the file; its own errors end the reading.
 ///
 /// # Errors
 ///
 /// What is wrong with the file, or what `each` returned.
-pub(super) fn messages<E>(
+pub(super) fn items<E>(
     bytes: &[u8],
     broken: impl Fn(BrokenBag) -> E,
-    mut each: impl FnMut(Message<'_>) -> Result<(), E>,
+    mut each: impl FnMut(Item<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
     sizes(bytes).map_err(&broken)?;
     let wrong = |error: McapError| broken(BrokenBag::Unread(error.to_string()));
@@ -66,6 +73,13 @@ pub(super) fn messages<E>(
         if n_records > MOST_RECORDS {
             return Err(broken(BrokenBag::TooManyRecords(MOST_RECORDS)));
         }
+        if opcode == op::METADATA {
+            // Anybody may tell anything of a file; what is broken tells nothing.
+            if let Ok(Record::Metadata(metadata)) = parse_record(opcode, data) {
+                each(Item::Metadata(metadata))?;
+            }
+            continue;
+        }
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             continue;
         }
@@ -79,7 +93,7 @@ pub(super) fn messages<E>(
                     wrong(McapError::UnknownChannel(header.sequence, header.channel_id))
                 })?;
                 let (sequence, log_time) = (header.sequence, header.log_time);
-                each(Message { channel, sequence, log_time, data: &data })?;
+                each(Item::Message(Message { channel, sequence, log_time, data: &data }))?;
             }
             _ => {}
         }
@@ -164,7 +178,7 @@ mod tests {
         file.extend(record(op::DATA_END, &[0; 4]));
         file.extend(record(op::FOOTER, &[0; 20]));
         file.extend(MAGIC);
-        messages(&file, |flaw| flaw, |_| Ok(()))
+        items(&file, |flaw| flaw, |_| Ok(()))
     }
 
     /// A frame of zeros, 128 KiB from every four bytes, after `head`.
@@ -206,9 +220,10 @@ mod tests {
         assert_eq!(read(&[chunk_of(14, "", &long)]), Err(BrokenBag::BeyondChunk));
         assert_eq!(read(&[record(op::CHUNK, b"short")]), Err(BrokenBag::ShortChunk));
         let endless = [MAGIC, &[5], &(1_u64 << 60).to_le_bytes()].concat();
-        assert!(messages(&endless, |flaw| flaw, |_| Ok(())).is_err());
+        assert!(items(&endless, |flaw| flaw, |_| Ok(())).is_err());
         // What is no message is not looked into, however broken.
-        assert_eq!(read(&[record(op::ATTACHMENT, b""), record(op::STATISTICS, b"")]), Ok(()));
+        let others = [op::ATTACHMENT, op::STATISTICS, op::METADATA];
+        assert_eq!(read(&others.map(|other| record(other, b""))), Ok(()));
         assert_eq!(read(&[]), Ok(()));
     }
 }

@@ -1,4 +1,6 @@
 //! `RECORDING.json`: what is known of the machine that made a recording. Every key is optional.
+//!
+//! A run that is exported brings its own, beside a table or as metadata of a bag: [`Sidecar::text`].
 
 use std::f64::consts::PI;
 
@@ -6,8 +8,17 @@ use serde::{Deserialize, Serialize};
 
 use super::{Error, Flaw, Segment, SidecarFlaw};
 
+/// The name of the metadata record of a bag that holds its sidecar.
+pub const METADATA: &str = "trueup.sidecar";
+
+/// The key of its text in that record.
+pub const TEXT: &str = "json";
+
+/// What a sidecar says of who wrote it, if that was an export.
+const EXPORTED: &str = "trueup export";
+
 /// Which side of the gear the torque is measured on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TorqueSensor {
     /// Current times motor constant: friction and rotor inertia are in it.
@@ -132,7 +143,7 @@ pub struct Sidecar {
 }
 
 /// What the hand carried for a while, as far as it is known.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Carried {
     /// Its name in the scene.
     pub object: String,
@@ -235,17 +246,77 @@ struct Raw {
     carried: Vec<Carried>,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct RawSegment {
     name: String,
     from_s: f64,
     to_s: f64,
 }
 
+impl RawSegment {
+    fn of(segment: &Segment) -> Self {
+        Self { name: segment.name.clone(), from_s: segment.from, to_s: segment.to }
+    }
+}
+
+/// What a run says of its recording, as it is written.
+#[derive(Serialize)]
+struct Told<'a> {
+    written_by: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    robot: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tip: Option<&'a str>,
+    torque_sensor: TorqueSensor,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    zero_offset_rad: &'a [f64],
+    segments: Vec<RawSegment>,
+    carried: &'a [Carried],
+}
+
+/// Returns whether the text of a sidecar was written by an export: [`Sidecar::text`].
+pub fn is_exported(text: &str) -> bool {
+    let read = serde_json::from_str::<serde_json::Value>(text);
+    read.is_ok_and(|value| value["written_by"] == EXPORTED)
+}
+
 impl Sidecar {
     /// Reads the file beside a recording, (name, text), if there is one.
     pub(super) fn beside(file: Option<(&str, &str)>) -> Result<Self, Error> {
         file.map_or_else(|| Ok(Self::default()), |(name, text)| Self::read(name, text))
+    }
+
+    /// Returns as JSON what a run says of its recording: robot and tip, the side of the gear, calibrated zeros, steps, and what was
+    /// carried. [`Self::read`] reads it.
+    pub fn text(&self) -> String {
+        let told = Told {
+            written_by: EXPORTED,
+            robot: self.robot.as_deref(),
+            tip: self.tip.as_deref(),
+            torque_sensor: self.torque_sensor,
+            zero_offset_rad: &self.zero_offset,
+            segments: self.segments.iter().map(RawSegment::of).collect(),
+            carried: &self.carried,
+        };
+        serde_json::to_string(&told).expect("words, numbers and lists of them are JSON")
+    }
+
+    /// Returns it by a clock that shows `by` s more.
+    #[cfg(feature = "bags")]
+    pub(super) fn later(mut self, by: f64) -> Self {
+        for segment in &mut self.segments {
+            segment.from += by;
+            segment.to += by;
+        }
+        for carried in &mut self.carried {
+            for time in carried.taken_s.iter_mut().chain(&mut carried.left_s) {
+                *time += by;
+            }
+            for [time, _] in &mut carried.contents_kg {
+                *time += by;
+            }
+        }
+        self
     }
 
     /// Reads the JSON text of a sidecar. Keys it does not know are left alone.

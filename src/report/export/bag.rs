@@ -1,8 +1,8 @@
 //! A run as an MCAP file that Foxglove, Rerun and ROS 2 read, each topic one of the usual messages of ROS 2 with its
 //! definition: a reader that knows no other kind opens all of it.
 //!
-//! `trueup gap` reads the joints of such a file as it reads `arm.csv`. Sources: the MCAP specification 0; the MCAP
-//! registry, profile `ros2`.
+//! `trueup gap` reads the joints of such a file as it reads `arm.csv`, with what the run says of them: a metadata record
+//! `trueup.sidecar`, whose `json` is a sidecar. Sources: the MCAP specification 0; the MCAP registry, profile `ros2`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -10,8 +10,9 @@ use std::fmt::Write as _;
 use std::io::Cursor;
 
 use mcap::WriteOptions;
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, Metadata};
 
+use crate::discovery::recording::sidecar;
 use crate::trace::{FluentRow, Measure, StepRecord};
 use crate::workcell::picture;
 use crate::world::WorldState;
@@ -85,7 +86,7 @@ pub fn bag(material: &Material<'_>) -> Result<Vec<u8>, Error> {
     }
     film(material, &mut messages)?;
     messages.sort_by_key(|message| message.at);
-    written(&messages)
+    written(&messages, material.sidecar)
 }
 
 /// A picture, JPEG or PNG.
@@ -253,7 +254,7 @@ fn message_of(topic: &str) -> (&'static str, &'static str) {
     }
 }
 
-fn written(messages: &[Message]) -> Result<Vec<u8>, Error> {
+fn written(messages: &[Message], sidecar: Option<&str>) -> Result<Vec<u8>, Error> {
     let wrong = |error: mcap::McapError| Error::Format(error.to_string());
     let mut bytes = Cursor::new(Vec::new());
     let library = concat!("trueup ", env!("CARGO_PKG_VERSION"));
@@ -278,6 +279,11 @@ fn written(messages: &[Message]) -> Result<Vec<u8>, Error> {
         };
         *sequence += 1;
         writer.write_to_known_channel(&header, &message.data).map_err(wrong)?;
+    }
+    if let Some(text) = sidecar {
+        let metadata = BTreeMap::from([(sidecar::TEXT.to_owned(), text.to_owned())]);
+        let told = Metadata { name: sidecar::METADATA.to_owned(), metadata };
+        writer.write_metadata(&told).map_err(wrong)?;
     }
     writer.finish().map_err(wrong)?;
     drop(writer);

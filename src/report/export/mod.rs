@@ -39,6 +39,8 @@ pub struct Material<'a> {
     pub events: &'a str,
     /// Where the links of its arm are, if that is known.
     pub links: Option<&'a Links>,
+    /// The text of a sidecar with what the run says of the arm's recording, if that is known.
+    pub sidecar: Option<&'a str>,
 }
 
 /// Why a run cannot be written.
