@@ -140,6 +140,7 @@ fn a_bag_brings_what_is_known_of_it_by_its_own_clock() {
     };
     let messages: Vec<Said<'_>> = (0..20).map(said).collect();
     let text = r#"{"torque_sensor": "link", "segments": [{"name": "lift", "from_s": 5.04, "to_s": 5.1}],
+        "contacts": [{"name": "rub", "from_s": 5.06, "to_s": 5.08}],
         "carried": [{"object": "jar", "taken_s": [5.02, 5.04], "left_s": [5.1, 5.12], "mass_kg": 0.1,
                      "contents_kg": [[5.05, 0.2]], "com_m": [0, 0, 0.1]}]}"#;
     let bytes = bag_with("sensor_msgs/msg/JointState", &messages, Some(text));
@@ -149,8 +150,9 @@ fn a_bag_brings_what_is_known_of_it_by_its_own_clock() {
     let own = read(None);
     assert_eq!(own.torque_sensor, TorqueSensor::Link);
     let jar = &own.carried[0];
-    let times = [jar.taken_s[0], jar.left_s[1], jar.contents_kg[0][0], own.segments[0].from];
-    for (time, wanted) in times.into_iter().zip([0.02, 0.12, 0.05, 0.04]) {
+    let [lift, rub] = [&own.segments[0], &own.contacts[0]];
+    let times = [jar.taken_s[0], jar.left_s[1], jar.contents_kg[0][0], lift.from, rub.to];
+    for (time, wanted) in times.into_iter().zip([0.02, 0.12, 0.05, 0.04, 0.08]) {
         assert!((time - wanted).abs() < 1e-6, "{times:?}");
     }
     assert_eq!(Sidecar::read("arm.json", &own.text()).unwrap(), own);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use nalgebra::{Matrix3, Vector3};
 use trueup::discovery::finding::{Finding, Value, Verdict};
-use trueup::discovery::recording::{Map, Recording};
+use trueup::discovery::recording::{Map, Recording, Segment};
 use trueup::discovery::{Options, Subject, investigate};
 use trueup::motion::dynamics::{Bodies, Dynamics};
 use trueup::motion::{Inertial, Robot};
@@ -155,6 +155,35 @@ fn a_zero_that_the_sidecar_says_is_no_gap() {
     let csv = "t[s],q_1[rad]\n0,0\n1,0\n2,0\n";
     let error = Recording::read("a", csv, degrees, &Map::default()).unwrap_err();
     assert!(error.what.contains("zero_offset_rad"), "{error:?}");
+}
+
+/// An arm that wiped or pushed a drawer shut was told to check the signs of its columns.
+#[test]
+fn torques_while_the_arm_presses_are_not_judged() {
+    let robot = Robot::gen3();
+    let mut recordings = [1, 2].map(|seed| carried(Hidden::default(), seed));
+    for recording in &mut recordings {
+        let pressed = Segment { name: "rub(plate)".into(), from: 5.9, to: 8.1 };
+        recording.sidecar.contacts.push(pressed);
+        let tau = recording.columns.iter_mut().find(|column| column.name == "tau_2").unwrap();
+        for (value, t) in tau.values.iter_mut().zip(&recording.time) {
+            *value += if (6.0..8.0).contains(t) { 3.0 } else { 0.0 };
+        }
+    }
+    let subject = Subject::Arm(&robot, &[]);
+    let finding = investigate(&recordings, subject, &Options::default(), &mut |_, _| {});
+    let finding = finding.unwrap().finding;
+    assert_eq!(finding.verdict, Verdict::NothingMissing, "{:#?}", finding.effects);
+    let said = |note: &String| note.contains("from 5.9 s to 8.1 s (rub(plate))");
+    assert!(finding.notes.iter().any(said), "{:#?}", finding.notes);
+
+    // Where nothing else is left, the torques are not what is missing.
+    for recording in &mut recordings {
+        recording.sidecar.contacts[0].to = 100.0;
+        recording.sidecar.contacts[0].from = 0.0;
+    }
+    let error = investigate(&recordings, subject, &Options::default(), &mut |_, _| {}).unwrap_err();
+    assert!(error.what.contains("pushed, pulled or pressed"), "{error:?}");
 }
 
 #[test]

@@ -140,6 +140,8 @@ pub struct Sidecar {
     pub held: Option<HeldObject>,
     /// What the hand carried, in a recording of torques.
     pub carried: Vec<Carried>,
+    /// When the arm pushed, pulled or pressed, nobody knows how hard: its torques are not judged then.
+    pub contacts: Vec<Segment>,
 }
 
 /// What the hand carried for a while, as far as it is known.
@@ -244,6 +246,7 @@ struct Raw {
     pour: Option<Vessels>,
     held: Option<HeldObject>,
     carried: Vec<Carried>,
+    contacts: Vec<RawSegment>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -256,6 +259,10 @@ struct RawSegment {
 impl RawSegment {
     fn of(segment: &Segment) -> Self {
         Self { name: segment.name.clone(), from_s: segment.from, to_s: segment.to }
+    }
+
+    fn read(self) -> Segment {
+        Segment { name: self.name, from: self.from_s, to: self.to_s }
     }
 }
 
@@ -272,6 +279,7 @@ struct Told<'a> {
     zero_offset_rad: &'a [f64],
     segments: Vec<RawSegment>,
     carried: &'a [Carried],
+    contacts: Vec<RawSegment>,
 }
 
 /// Returns whether the text of a sidecar was written by an export: [`Sidecar::text`].
@@ -286,8 +294,8 @@ impl Sidecar {
         file.map_or_else(|| Ok(Self::default()), |(name, text)| Self::read(name, text))
     }
 
-    /// Returns as JSON what a run says of its recording: robot and tip, the side of the gear, calibrated zeros, steps, and what was
-    /// carried. [`Self::read`] reads it.
+    /// Returns as JSON what a run says of its recording: robot and tip, the side of the gear, calibrated zeros, steps, what was
+    /// carried, and when the arm leaned on something. [`Self::read`] reads it.
     pub fn text(&self) -> String {
         let told = Told {
             written_by: EXPORTED,
@@ -297,6 +305,7 @@ impl Sidecar {
             zero_offset_rad: &self.zero_offset,
             segments: self.segments.iter().map(RawSegment::of).collect(),
             carried: &self.carried,
+            contacts: self.contacts.iter().map(RawSegment::of).collect(),
         };
         serde_json::to_string(&told).expect("words, numbers and lists of them are JSON")
     }
@@ -304,7 +313,7 @@ impl Sidecar {
     /// Returns it by a clock that shows `by` s more.
     #[cfg(feature = "bags")]
     pub(super) fn later(mut self, by: f64) -> Self {
-        for segment in &mut self.segments {
+        for segment in self.segments.iter_mut().chain(&mut self.contacts) {
             segment.from += by;
             segment.to += by;
         }
@@ -382,11 +391,8 @@ impl Sidecar {
         if gravity.iter().flatten().any(|part| !part.is_finite()) {
             return Err(wrong(SidecarFlaw::Gravity));
         }
-        let segments = raw
-            .segments
-            .into_iter()
-            .map(|s| Segment { name: s.name, from: s.from_s, to: s.to_s })
-            .collect();
+        let [segments, contacts] =
+            [raw.segments, raw.contacts].map(|all| all.into_iter().map(RawSegment::read).collect());
         let armature = match raw.armature_kg_m2 {
             None => Vec::new(),
             // More joints than any arm has; each takes what it needs.
@@ -408,6 +414,7 @@ impl Sidecar {
             pour: raw.pour,
             held: raw.held,
             carried: raw.carried,
+            contacts,
         })
     }
 }

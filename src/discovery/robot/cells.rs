@@ -9,13 +9,14 @@
 //! evidence is asked for: more than anything else of that sensor many times over, and back within three rows; or all columns of a
 //! sensor to the last digit, though it tells finer differences than it goes from one reading to the next.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::channels::{Channel, Data, Quantity};
 use super::note::Note;
 use super::sensor::Sensor;
 use super::spline::Spline;
-use crate::discovery::recording::{Error, Recording, noise};
+use crate::discovery::recording::{Error, Recording, Segment, noise};
 use crate::motion::robot::JointLimits;
 use crate::units::Dimension;
 
@@ -215,6 +216,27 @@ impl Data {
         self.mark(quantity, &again);
         let (recording, stem) = (name.to_owned(), quantity.stem());
         self.notes.push(Note::Stopped { recording, stem, spans, rows: again.len() });
+    }
+
+    /// Leaves out the torques of rows in which the arm leaned on something: nobody knows how hard.
+    pub(super) fn leave_out_contacts(&mut self, recording: &Recording) {
+        let rows_of = |contact: &Segment| {
+            let from = self.time.partition_point(|t| *t < contact.from);
+            let to = self.time.partition_point(|t| *t <= contact.to);
+            from..to.max(from)
+        };
+        let contacts = recording.sidecar.contacts.iter();
+        let met = contacts.map(|contact| (contact, rows_of(contact)));
+        let met: Vec<_> = met.filter(|(_, rows)| !rows.is_empty()).collect();
+        if met.is_empty() || !self.has(Quantity::Torque) {
+            return;
+        }
+        let rows: BTreeSet<usize> = met.iter().flat_map(|(_, rows)| rows.clone()).collect();
+        let rows: Vec<usize> = rows.into_iter().collect();
+        let spans = met.iter().map(|(what, _)| (what.name.clone(), [what.from, what.to]));
+        let (recording, spans) = (recording.name.clone(), spans.collect());
+        self.mark(Quantity::Torque, &rows);
+        self.notes.push(Note::Contacts { recording, spans, rows: rows.len() });
     }
 
     /// Returns the rows at which the motion is a guess, because the nearest positions on either side are too far apart; empty

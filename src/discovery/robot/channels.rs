@@ -105,6 +105,7 @@ impl Data {
         data.leave_out_wild(recording, limits);
         data.drop_repeats(&recording.name);
         data.leave_out_held(&recording.name);
+        data.leave_out_contacts(recording);
         data.set_clock(&recording.name);
         data.estimate_noise();
         let levels = &recording.sidecar.noise;

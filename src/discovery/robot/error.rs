@@ -88,6 +88,11 @@ pub enum Misfit {
     /// Nothing that is measured is predicted.
     #[error("the recordings hold a motion, but nothing to compare with a model of the arm")]
     NothingPredicted,
+    /// The arm leaned on something in every row that would be judged.
+    #[error(
+        "the arm pushed, pulled or pressed in all of what is fitted or held out, nobody knows how hard"
+    )]
+    OnlyContacts,
     /// Rows are too far apart.
     #[error("the rows are {} s apart, too far to follow the motion of an arm", significant(*.step, 3))]
     Coarse {

@@ -52,7 +52,10 @@ pub(super) fn gap(
         drives,
     };
     if gap.count(Set::Train) == 0 || gap.count(Set::Heldout) == 0 {
-        return Err(Misfit::NothingPredicted.at(place));
+        let mut all = train.iter().chain(heldout);
+        let leans = all.any(|recording| !recording.sidecar.contacts.is_empty());
+        let why = if leans { Misfit::OnlyContacts } else { Misfit::NothingPredicted };
+        return Err(why.at(place));
     }
     plausible::check_motion(&gap, place)?;
     Ok((gap, notes))

@@ -64,6 +64,15 @@ pub enum Note {
         /// In how many rows.
         rows: usize,
     },
+    /// The arm leaned on something, nobody knows how hard.
+    Contacts {
+        /// Which recording.
+        recording: String,
+        /// What it did, from when until when, s.
+        spans: Vec<(String, [f64; 2])>,
+        /// In how many rows.
+        rows: usize,
+    },
     /// The time stamps are less even than the motion.
     Jitter {
         /// Which recording.
@@ -119,6 +128,17 @@ impl fmt::Display for Note {
                 write!(
                     f,
                     "{recording}: `{stem}` repeats one reading while the arm moves on, {}; these {rows} rows are not judged",
+                    told(spans.collect())
+                )
+            }
+            Self::Contacts { recording, spans, rows } => {
+                let spans = spans.iter().map(|(what, span)| {
+                    let [from, to] = span.map(|time| significant(time, 4));
+                    format!("from {from} s to {to} s ({what})")
+                });
+                write!(
+                    f,
+                    "{recording}: the arm pushed, pulled or pressed {}; the torques of these {rows} rows are not judged",
                     told(spans.collect())
                 )
             }

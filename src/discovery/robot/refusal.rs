@@ -42,6 +42,10 @@ impl Misfit {
                     columns.join(", ")
                 ));
             }
+            Self::OnlyContacts => {
+                "give a run in which the arm moves freely as well, or hold another part out with \
+                 `--holdout`"
+            }
             Self::NothingPredicted => {
                 "record torques (`tau_n`) or the tip (`tcp_x`), or say in the sidecar what the \
                  controller is: then positions can be predicted too"
