@@ -4,12 +4,15 @@
 //! its outline best, with place, sizes and how certain each is. Both are fitted to the outline, from several heights and
 //! turns; the simpler one is taken unless the other explains the outline better, and is then moved onto the picture's own
 //! edges, those inside the outline too. A shadow that was cut out with it is taken off before. What stands on something else, is hidden in part or has another form is measured
-//! wrongly, or refused by how far its edges are off.
+//! wrongly, or refused by how far its edges are off, all together or over a stretch of the outline.
 //!
 //! Source: the paper, §2.2 (contour → key points → pose, sizes known); Schwarz, "Estimating the dimension of a model",
 //! Annals of Statistics 1978 (which of the two solids); Harris, "Tracking with rigid models", 1992 (moving edges).
 
-use std::f64::consts::FRAC_PI_2;
+mod start;
+mod stretches;
+
+use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
 use image::{GrayImage, RgbImage};
 use nalgebra::{Vector2, Vector3};
@@ -25,6 +28,8 @@ use super::segment::{Prompt, segment, without_shadow};
 use crate::fit::{self, Fit, Loss, Residuals};
 use crate::world::frame::Object;
 use crate::world::{Camera, Form, Material, Point, Shape, Unknown};
+use start::Start;
+use stretches::apart;
 
 /// Room around a region, as a share of its box: a box drawn by hand is as loose, and the cut expects that.
 const ROOM: f64 = 0.15;
@@ -41,6 +46,10 @@ const FAR: f64 = 4.0;
 /// Largest root mean square distance between outline and solid, as a part of its size in the picture: half of what a solid
 /// of known size may miss it by ([`super::key_points`]), since here its size was fitted to it.
 const MISFIT: f64 = 0.03;
+/// The least of what a stretch of the outline may leave the solid by, px, and the same in what its points usually do: three
+/// standard deviations. Chosen: corners that are rounded by 5 px stay under the first.
+const STRETCH_PX: f64 = 1.5;
+const STRETCH_SPREADS: f64 = 3.0;
 /// A size is told if it is known to this share of the larger of height and radius. Chosen: what is known worse a hand
 /// cannot be set to take.
 const TOLD: f64 = 0.1;
@@ -99,6 +108,12 @@ pub enum Unmeasured {
     /// Neither solid fits: root mean square distance of the better one, px.
     #[error("neither a box nor a can has its outline; the better one is off by {0:.1} px")]
     Misfit(f64),
+    /// A solid fits but for a stretch of the outline: how far that leaves it on the mean, px.
+    #[error(
+        "neither a box nor a can has its outline; a stretch of it leaves the better one by {0:.1} px: two things that touch, \
+         or one that is round where it should be straight"
+    )]
+    Stretch(f64),
     /// A solid fits, and so do others: the standard deviation of a size, m, infinite where nothing tells it.
     #[error("this view does not tell its size, {}; take a picture from another place", open_side(*.0))]
     Undetermined(f64),
@@ -171,8 +186,16 @@ pub fn measure(
     let found = refined(&view, picture, found.x).ok_or(Unmeasured::Misfit(rms_px))?;
     let rms_px = EDGE_PX * found.rms;
     let (mut shape, mut world_from_object) = solid(&found.x);
+    // What leaves the solid by half of that all along a stretch is of another form, however well the rest fits.
+    let hull = Outline::new(&view, &shape, &world_from_object, CORNERS).hull;
+    let apart = apart(picture, &contour, &hull, FULL);
+    let usual = (STRETCH_SPREADS * apart.spread_px).max(STRETCH_PX);
+    if apart.farthest_px > usual.max(0.5 * MISFIT * start.size_px) {
+        return Err(Unmeasured::Stretch(apart.farthest_px));
+    }
     let far = (world_from_object.origin() - view.eye()).norm();
-    let soft = SOFT_PX * far / camera.intrinsics.fx;
+    // A size lies between two edges, each off as a whole by as much as edges are off.
+    let soft = SOFT_PX.max(SQRT_2 * rms_px) * far / camera.intrinsics.fx;
     let of_size = |i: usize, size: f64| (found.std(i) * size).hypot(soft);
     let mut size_std = match shape {
         Shape::Cuboid { size } => [of_size(3, size.x), of_size(4, size.y), of_size(2, size.z)],
@@ -203,60 +226,6 @@ pub fn measure(
     let std = place.max(0.0).sqrt().hypot(soft);
     let colour = colour_in(image, mask);
     Ok(Measured { shape, world_from_object, std, size_std, rms_px, colour })
-}
-
-/// Where a fit begins.
-struct Start {
-    /// The foot's nearest place to the camera, m.
-    near: Vector2<f64>,
-    /// Away from the camera on the table, of length 1.
-    away: Vector2<f64>,
-    /// Across, m.
-    width: f64,
-    /// The longer side of the outline's box, px.
-    size_px: f64,
-}
-
-impl Start {
-    /// Reads it off an outline: what is nearest to the camera on the table is on the foot.
-    fn of(view: &Projector, points: &[Vector2<f64>]) -> Option<Self> {
-        let ground: Vec<Vector2<f64>> =
-            points.iter().filter_map(|p| Some(view.on_plane(*p, 0.0)?.xy())).collect();
-        let eye = view.eye().xy();
-        let middle = ground.iter().sum::<Vector2<f64>>() / ground.len().max(1) as f64;
-        let away = (middle - eye).try_normalize(1e-9)?;
-        let near = ground.iter().map(|p| (p - eye).dot(&away)).fold(f64::INFINITY, f64::min);
-        let across = ground.iter().map(|p| (p - eye).perp(&away));
-        let (left, right) =
-            across.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, r), at| (l.min(at), r.max(at)));
-        let [low, high] = [f64::min, f64::max].map(|of: fn(f64, f64) -> f64| {
-            points.iter().copied().reduce(|a, b| Vector2::new(of(a.x, b.x), of(a.y, b.y)))
-        });
-        // `perp` is positive to one side; the middle of both sides is on the line through the foot's middle.
-        let aside = Vector2::new(away.y, -away.x) * (0.5 * (left + right));
-        Some(Self {
-            near: eye + away * near + aside,
-            away,
-            width: right - left,
-            size_px: (high? - low?).amax(),
-        })
-        .filter(|start| start.width > 0.0 && start.width.is_finite())
-    }
-
-    /// Place, logarithm of height and radius of a cylinder so many widths high.
-    fn cylinder(&self, height: f64) -> Vec<f64> {
-        let radius = 0.5 * self.width;
-        let at = self.near + self.away * radius;
-        vec![at.x, at.y, (height * self.width).ln(), radius.ln()]
-    }
-
-    /// Place, logarithms of height and sides, and turn of a cuboid so many widths high.
-    fn cuboid(&self, height: f64, turn: f64) -> Vec<f64> {
-        let at = self.near + self.away * (0.5 * self.width);
-        let side = (0.8 * self.width).ln();
-        let yaw = self.away.y.atan2(self.away.x) + turn * FRAC_PI_2;
-        vec![at.x, at.y, (height * self.width).ln(), side, side, yaw]
-    }
 }
 
 /// Returns the solid that some numbers are, and its pose: four of a cylinder, six of a cuboid.
@@ -476,6 +445,25 @@ mod tests {
         assert!((sides - Vector3::new(0.075, 0.12, 0.08)).amax() < 3e-3, "{found:?}");
         let off = found.world_from_object.origin().xy() - Vector2::new(0.6, 0.1);
         assert!(off.norm() < 3e-3, "{found:?}");
+    }
+
+    /// Two boxes of 70 and 50 mm height side by side were told as one of 100 x 80 x 69 mm ± 1.4 mm.
+    #[test]
+    fn what_leaves_a_solid_over_a_stretch_is_refused() {
+        let cuboid = |y, z| Shape::Cuboid { size: Vector3::new(0.08, y, z) };
+        let (mut image, mut mask) =
+            painted(&cuboid(0.05, 0.07), &ObjectPose::upright(0.5, -0.15, 0.0, 0.0));
+        let (lower, of_lower) =
+            painted(&cuboid(0.05, 0.05), &ObjectPose::upright(0.5, -0.1, 0.0, 0.0));
+        for (u, v, is_lower) in of_lower.enumerate_pixels() {
+            // The lower one is nearer to the camera.
+            if is_lower.0[0] > 0 {
+                mask.put_pixel(u, v, Luma([255]));
+                image.put_pixel(u, v, *lower.get_pixel(u, v));
+            }
+        }
+        let found = measure(&Picture::new(&image), &image, &camera(), &mask);
+        assert!(found.is_err(), "{found:?}");
     }
 
     #[test]
