@@ -63,6 +63,76 @@ impl Default for Priors {
     }
 }
 
+/// How far a place and a length on the table are off with a camera of which only this much is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Standard deviation of the place, in the worst direction, m.
+    pub place: f64,
+    /// Standard deviation of a length, the worse of two directions, as a part of it.
+    pub length: f64,
+}
+
+impl Priors {
+    /// A camera that stands where a scene guesses: a tripod put down by eye, as the laboratory's settings draw it.
+    pub fn by_eye() -> Self {
+        Self { position: 0.025, rotation: 2.0_f64.to_radians(), focal: 0.05, ..Self::default() }
+    }
+
+    /// Returns what these standard deviations of `camera` come to at a place of the table, m; infinite where a camera so far
+    /// off no longer sees it. The lens's bending is left aside.
+    pub fn on_table(&self, camera: &Camera, at: Vector2<f64>) -> Spread {
+        self.spread(camera, at).unwrap_or(Spread { place: f64::INFINITY, length: f64::INFINITY })
+    }
+
+    fn spread(&self, camera: &Camera, at: Vector2<f64>) -> Option<Spread> {
+        /// Half of a length that is looked at, m: of a thing that a hand can take.
+        const HALF: f64 = 0.05;
+        let ends: [Vector2<f64>; 5] =
+            [Vector2::x(), -Vector2::x(), Vector2::y(), -Vector2::y(), Vector2::zeros()];
+        let mut pixels = [Pixel::new(0.0, 0.0); 5];
+        for (pixel, end) in pixels.iter_mut().zip(&ends) {
+            let on_table = (at + HALF * end).push(0.0);
+            *pixel = camera.project(Point::<frame::World>::from(on_table))?;
+        }
+        let mut of_place = Matrix2::<f64>::zeros();
+        let mut of_length = Vector2::<f64>::zeros();
+        for nudged in self.nudged(camera) {
+            let mut seen = [Vector2::<f64>::zeros(); 5];
+            for (seen, pixel) in seen.iter_mut().zip(&pixels) {
+                *seen = nudged.on_plane(*pixel, 0.0)?.coords().xy();
+            }
+            let off = seen[4] - at;
+            of_place += off * off.transpose();
+            for (axis, sum) in of_length.iter_mut().enumerate() {
+                let length = (seen[2 * axis] - seen[2 * axis + 1]).norm();
+                *sum += (length / (2.0 * HALF) - 1.0).powi(2);
+            }
+        }
+        let place = of_place.symmetric_eigenvalues().max().max(0.0).sqrt();
+        Some(Spread { place, length: of_length.max().sqrt() })
+    }
+
+    /// The camera with one number after another off by its standard deviation: place, direction, focal length, centre.
+    fn nudged(&self, camera: &Camera) -> Vec<Camera> {
+        let pose = camera.world_from_camera;
+        let mut all = Vec::new();
+        for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            let turn = UnitQuaternion::from_scaled_axis(self.rotation * axis);
+            let moved = Pose::from_parts(pose.origin() + self.position * axis, pose.rotation());
+            let turned = Pose::from_parts(pose.origin(), pose.rotation() * turn);
+            all.push(Camera { world_from_camera: moved, ..*camera });
+            all.push(Camera { world_from_camera: turned, ..*camera });
+        }
+        let [mut zoomed, mut right, mut down] = [*camera; 3];
+        zoomed.intrinsics.fx *= 1.0 + self.focal;
+        zoomed.intrinsics.fy *= 1.0 + self.focal;
+        right.intrinsics.cx += self.principal;
+        down.intrinsics.cy += self.principal;
+        all.extend([zoomed, right, down]);
+        all
+    }
+}
+
 /// What to refine; what is `false` stays as guessed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "each names a parameter that may be free")]

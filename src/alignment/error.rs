@@ -238,3 +238,12 @@ pub(super) fn open_side(std: f64) -> String {
         "one side of it is not seen at all".into()
     }
 }
+
+/// What became of dark dots of which too few were recognised as the scene's.
+pub(super) fn dots_seen(dots: usize, needed: usize) -> String {
+    if dots < needed {
+        format!("{dots} dark dots were seen")
+    } else {
+        format!("{dots} dark dots were seen, but no {needed} of them lie as the scene's do")
+    }
+}

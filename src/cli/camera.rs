@@ -7,6 +7,7 @@ mod segment;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use crate::alignment::camera_fit::Priors;
 use crate::alignment::decode;
 use crate::alignment::vision::{self, Options, Sighting};
 use crate::execution::calibrate::{self as marks, Switches};
@@ -49,21 +50,37 @@ pub(super) struct SeeArgs {
     masks: MasksArgs,
 }
 
+/// The camera that took a picture.
+pub(super) struct Taken {
+    /// Where it stands, and what is inside.
+    pub(super) camera: Camera,
+    /// How far it may be off where the scene's guess of it had to be believed.
+    pub(super) guess: Option<Priors>,
+}
+
+/// How far a scene's guess of the camera may be off; a calibration knows what is inside.
+fn guessed(scene: &Scene) -> Taken {
+    let by_eye = Priors::by_eye();
+    let known = Priors { focal: 0.0, principal: 0.0, ..by_eye };
+    let guess = if scene.calibration.is_some() { known } else { by_eye };
+    Taken { camera: scene.camera, guess: Some(guess) }
+}
+
 /// Aligns the scene's camera by the table's dots where there are enough of them; says so where not.
-fn aligned(image: &RgbImage, scene: &Scene, style: Style) -> Camera {
+fn aligned(image: &RgbImage, scene: &Scene, style: Style) -> Taken {
     match marks::from_marks(image, scene, Switches::default()) {
         Ok(found) => {
             for note in found.notes {
                 style.note(&format!("  {note}"));
             }
-            found.camera
+            Taken { camera: found.camera, guess: None }
         }
         Err(error) => {
             style.note(&format!(
                 "warning: the scene's guess of the camera is believed, and places may be centimetres \
                  off: {error}"
             ));
-            scene.camera
+            guessed(scene)
         }
     }
 }
@@ -97,14 +114,15 @@ pub(super) fn calibrated(
     image: &RgbImage,
     mut scene: Scene,
     style: Style,
-) -> Result<Camera, Failure> {
+) -> Result<Taken, Failure> {
     if let Some(path) = file {
         let CameraFile { mut intrinsics, world_from_camera } = calibration(path)?;
         if (intrinsics.width, intrinsics.height) == (0, 0) {
             (intrinsics.width, intrinsics.height) = image.dimensions();
         }
         if let Some(world_from_camera) = world_from_camera {
-            return Ok(Camera { intrinsics, world_from_camera });
+            let camera = Camera { intrinsics, world_from_camera };
+            return Ok(Taken { camera, guess: None });
         }
         // The file knows what is inside better than one picture of the table does.
         scene.camera.intrinsics = intrinsics;
@@ -113,7 +131,7 @@ pub(super) fn calibrated(
     let sensor = (scene.camera.intrinsics.width, scene.camera.intrinsics.height);
     // A picture of another size is refused where it is looked at, in one message.
     if image.dimensions() != sensor {
-        return Ok(scene.camera);
+        return Ok(guessed(&scene));
     }
     Ok(aligned(image, &scene, style))
 }
@@ -135,7 +153,8 @@ fn see(args: &SeeArgs, scene: Option<&PathBuf>, style: Style) -> Result<Exit, Fa
     let place = args.image.display().to_string();
     let image = picture(&args.image)?;
     let others = masks::opened(&args.masks, style)?;
-    let camera = calibrated(args.calibration.as_deref(), &image, scene.clone(), style)?;
+    let Taken { camera, .. } =
+        calibrated(args.calibration.as_deref(), &image, scene.clone(), style)?;
     let look =
         vision::Look::new(&image, &camera, &scene).map_err(|error| unused(&error).at(&place))?;
     note_colour(&look, style);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use image::RgbImage;
 
+use crate::alignment::camera_fit::Priors;
 use crate::alignment::measure::Measured;
 use crate::alignment::outline::{Outline, Projector};
 use crate::alignment::overlay;
@@ -15,9 +16,9 @@ use crate::report::{self, Failure, Style};
 use crate::scene::SOLID_DENSITY;
 use crate::scene::write::to_text;
 use crate::world::colour::colour_word;
-use crate::world::{Camera, Material, Object, Scene};
+use crate::world::{Camera, Material, Object, Scene, Shape};
 
-use super::camera::{calibrated, note_colour, picture, unused};
+use super::camera::{Taken, calibrated, note_colour, picture, unused};
 use super::inputs;
 
 #[derive(Debug, Subcommand)]
@@ -65,7 +66,8 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
         return Err(Failure::there(&args.out));
     }
     let image = picture(&args.image)?;
-    let camera = calibrated(args.calibration.as_deref(), &image, base.clone(), style)?;
+    let Taken { camera, guess } =
+        calibrated(args.calibration.as_deref(), &image, base.clone(), style)?;
     let wrong = |error: vision::Error| unused(&error).at(args.image.display().to_string());
     let look = vision::Look::new(&image, &camera, &base).map_err(wrong)?;
     note_colour(&look, style);
@@ -74,7 +76,10 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
     let (mut things, mut missed, mut boxes) = (Vec::new(), Vec::new(), Vec::new());
     for region in look.unexplained_regions(&seen, &Options::default()) {
         match look.measured_in(region.in_picture) {
-            Ok(found) => things.push(found),
+            Ok(found) => things.push(match guess {
+                Some(guess) => doubted(found, &guess, &camera),
+                None => found,
+            }),
             Err(why) => {
                 missed.push((region.bound.at, why.to_string()));
                 boxes.push(region.in_picture);
@@ -85,7 +90,10 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
     things
         .sort_by(|a, b| b.world_from_object.origin().y.total_cmp(&a.world_from_object.origin().y));
     let (scene, comments) = described(&base, &name, &camera, &seen, &things);
-    let doc = format!("What stood on the table of `{}` in a photograph.", base.name);
+    let mut doc = format!("What stood on the table of `{}` in a photograph.", base.name);
+    if guess.is_some() {
+        doc += " The camera could not be aligned: where it stands is a guess, places and sizes may be centimetres off.";
+    }
     let text = to_text(&scene, &doc, &comments);
     write::replace(&args.out, &text).map_err(|error| Failure::unwritten(&args.out, &error))?;
     if let Some(path) = &args.drawn {
@@ -103,7 +111,23 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
         style.say(report::measured(&seen, &measured, &missed));
         style.say(format!("{} is written; edit it, then `trueup --scene {0}`", args.out.display()));
     }
-    Ok(if scene.objects.is_empty() || !missed.is_empty() { Exit::No } else { Exit::Yes })
+    let is_answered = guess.is_none() && !scene.objects.is_empty() && missed.is_empty();
+    Ok(if is_answered { Exit::Yes } else { Exit::No })
+}
+
+/// A thing measured with a camera that is only guessed: its place and sizes are as uncertain as that makes them.
+fn doubted(mut thing: Measured, guess: &Priors, camera: &Camera) -> Measured {
+    let spread = guess.on_table(camera, thing.world_from_object.origin().xy());
+    let sizes = match &thing.shape {
+        Shape::Cuboid { size } => [size.x, size.y, size.z],
+        // Only boxes and cans are measured.
+        round => [round.outer_radius(), round.outer_radius(), round.height()],
+    };
+    thing.std = thing.std.hypot(spread.place);
+    for (std, size) in thing.size_std.iter_mut().zip(sizes) {
+        *std = std.hypot(spread.length * size);
+    }
+    thing
 }
 
 /// How a scene that is written to `out` names a file.

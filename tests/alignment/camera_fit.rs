@@ -1,10 +1,10 @@
 //! The scene's camera from one picture of the table's marks.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use trueup::alignment::Error;
-use trueup::alignment::camera_fit::{PARAMETERS, Refine, Sighting, refine_camera};
+use trueup::alignment::camera_fit::{PARAMETERS, Priors, Refine, Sighting, refine_camera};
 use trueup::world::frame::World;
 use trueup::world::{Camera, Intrinsics, Pixel, Point, Pose};
 
@@ -194,4 +194,23 @@ fn what_the_marks_cannot_tell_is_named() {
         refine_camera(&above, &broken, &refine),
         Err(Error::NotFinite { row: 2, .. })
     ));
+}
+
+/// `scene from` said ± 1.2 mm of a box 36 mm from its place, with a camera that was only guessed.
+#[test]
+fn a_camera_that_is_put_down_by_eye_leaves_places_centimetres_open() {
+    let eye = Vector3::new(1.25, 0.0, 0.85);
+    let camera = Camera::looking(Intrinsics::centred(900.0, 1280, 720), eye, Vector3::zeros());
+    let at = Vector2::new(0.6, 0.05);
+    let spread = Priors::by_eye().on_table(&camera, at);
+    assert!(spread.place > 0.03 && spread.place < 0.15, "{spread:?}");
+    assert!(spread.length > 0.04 && spread.length < 0.2, "{spread:?}");
+    // Shifted along the table by 1 cm a camera sees things shifted by as much; raised by it, by more the flatter it looks.
+    let shifted =
+        Priors { position: 0.01, rotation: 0.0, focal: 0.0, principal: 0.0, ..Priors::by_eye() };
+    let spread = shifted.on_table(&camera, at);
+    let along = (eye.xy() - at).norm() / eye.z;
+    assert!((spread.place - 0.01 * along.hypot(1.0)).abs() < 5e-4, "{spread:?}");
+    // A place behind the camera.
+    assert!(Priors::by_eye().on_table(&camera, Vector2::new(5.0, 0.0)).place.is_infinite());
 }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use image::{Rgb, RgbImage};
 use trueup::alignment::hand_eye::Mount;
 use trueup::lab::{Lab, LabSettings};
 use trueup::language::{Library, Source};
@@ -75,6 +76,20 @@ fn a_newcomer_s_path_from_a_printed_board_to_things_that_are_found() {
     assert_eq!(seen.code, 0, "{seen:?}");
     // The lens is kept as calibrated, and the dots say where the camera stands: no warning, no guess.
     assert!(!seen.err.contains("warning"), "{seen:?}");
+}
+
+/// It was written as if the camera were known, with exit code 0.
+#[test]
+fn a_scene_through_a_camera_that_is_guessed_says_so() {
+    let scratch = Scratch::new("cli-scene-guess");
+    let image = RgbImage::from_pixel(1280, 720, Rgb([200, 176, 144]));
+    image.save(scratch.path("bare.png")).unwrap();
+    let said = scratch.trueup(&["scene", "from", "bare.png", "--out", "bare.task"]);
+    assert_eq!(said.code, 1, "{said:?}");
+    assert!(said.err.contains("are needed: 0 dark dots were seen"), "{said:?}");
+    let text = fs::read_to_string(scratch.path("bare.task")).unwrap();
+    assert!(text.contains("where it stands is a guess"), "{text}");
+    assert_eq!(scratch.trueup(&["check", "bare.task"]).code, 0);
 }
 
 #[test]

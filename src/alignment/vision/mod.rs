@@ -34,6 +34,7 @@ use serde::Serialize;
 use thiserror::Error as ThisError;
 
 use super::doubt::{Doubt, Meaning, TableDoubt};
+use super::error::dots_seen;
 use super::evidence::Score;
 use super::key_points::Refused;
 use super::outline::ObjectPose;
@@ -73,8 +74,9 @@ pub enum Error {
     },
     /// Too few printed dots were recognised.
     #[error(
-        "only {found} of {marks} table marks were recognised ({dots} dark dots seen, {needed} needed); \
-         clear the table's dots, or correct the camera guess in the scene"
+        "only {found} of {marks} table marks were recognised and {needed} are needed: {}; clear the table's dots, or correct \
+         the camera guess in the scene",
+        dots_seen(*.dots, *.needed)
     )]
     TooFewMarks {
         /// Marks recognised.
