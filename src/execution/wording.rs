@@ -4,11 +4,12 @@
 
 use std::fmt::{Display, Write as _};
 
+use crate::alignment::camera_fit::{CameraFit, PARAMETERS};
 use crate::alignment::vision::Sighting;
 use crate::http::Address;
 use crate::world::colour::colour_word;
 use crate::world::region::TABLE;
-use crate::world::{Intrinsics, Region, Shape, Unknown};
+use crate::world::{Region, Shape, Unknown};
 
 use super::calibrate::Visited;
 use super::calibrate::arm::ArmFit;
@@ -352,12 +353,25 @@ pub(super) fn camera_aligned(used: usize, dots: usize, rms_px: f64, in_force: bo
     )
 }
 
-/// Regression 2: what it found, its residual, px, and whether it is in force.
-pub(super) fn lens_fitted(lens: &Intrinsics, rms_px: f64, in_force: bool) -> String {
+/// Regression 2: what it found, each number with its standard deviation, its residual, px, and whether it is in force. One view
+/// of a plane leaves the focal length and the centre loosely held, however small the residual.
+pub(super) fn lens_fitted(fit: &CameraFit, in_force: bool) -> String {
     let left_out = if in_force { "" } else { " (left out: the lens is believed as given)" };
+    let (lens, rms_px) = (&fit.camera.intrinsics, fit.rms_px);
+    let of = |name: &str, value: f64, digits: usize| {
+        let at = PARAMETERS.iter().position(|parameter| *parameter == name);
+        // What was kept as given has none.
+        match at.map(|at| fit.std[at]).filter(|std| *std > 0.0) {
+            Some(std) => format!("{value:.digits$} ± {std:.digits$}"),
+            None => format!("{value:.digits$}"),
+        }
+    };
     format!(
-        "regression 2: focal {:.1} px, centre ({:.1}, {:.1}), k1 {:.4}, rms {rms_px:.2} px{left_out}",
-        lens.fx, lens.cx, lens.cy, lens.k1
+        "regression 2: focal {} px, centre ({}, {}) px, k1 {}, rms {rms_px:.2} px{left_out}",
+        of("fx", lens.fx, 1),
+        of("cx", lens.cx, 1),
+        of("cy", lens.cy, 1),
+        of("k1", lens.k1, 4)
     )
 }
 

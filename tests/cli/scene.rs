@@ -103,6 +103,9 @@ fn boxes_and_cans_that_nobody_declared_are_measured_to_two_millimetres() {
         let file = format!("{table}_seen.task");
         let said = scratch.trueup(&["scene", "from", &photo, "--out", &file, "--json"]);
         assert_eq!(said.code, 0, "{}", said.err);
+        // One view of the table leaves the focal length open by more than its residual says.
+        let lens = said.err.lines().find(|line| line.contains("regression 2: focal"));
+        assert!(lens.is_some_and(|line| line.matches(" ± ").count() >= 3), "{}", said.err);
         let answer = said.json();
         assert!(answer["declared"].as_array().unwrap().is_empty(), "{answer}");
         let measured = answer["measured"].as_array().unwrap();

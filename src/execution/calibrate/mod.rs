@@ -174,8 +174,7 @@ pub fn from_marks(
         (false, _) => Refine::intrinsics_only(),
     };
     let fit = refine_camera(&guess, &points, &refine)?;
-    let lens = &fit.camera.intrinsics;
-    notes.push(wording::lens_fitted(lens, fit.rms_px, is_lens_free));
+    notes.push(wording::lens_fitted(&fit, is_lens_free));
     let left_m = left_on_table(&fit.camera, &points);
     Ok(FromMarks { camera: fit.camera, notes, left_m })
 }
