@@ -81,7 +81,7 @@ fn from(args: &FromArgs, base: Option<&Path>, style: Style) -> Result<Exit, Fail
                 None => found,
             }),
             Err(why) => {
-                missed.push((region.bound.at, why.to_string()));
+                missed.push((region.bound.at, why));
                 boxes.push(region.in_picture);
             }
         }

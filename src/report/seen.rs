@@ -2,8 +2,10 @@
 //! would be; and what was cut out of a picture.
 
 use std::fmt::Write as _;
+use std::mem::discriminant;
 
-use crate::alignment::measure::Measured;
+use crate::alignment::key_points::Refused;
+use crate::alignment::measure::{Measured, Unmeasured};
 use crate::alignment::segment::{By, Segment};
 use crate::alignment::vision::{MaskIs, Sighting};
 use crate::world::Shape;
@@ -100,11 +102,64 @@ pub fn whose_mask(seen: &Sighting, from: &str) -> String {
     format!("{:<8} contour from {contour}; mask: {mask}", "")
 }
 
+/// So many things that were not measured for one reason are told one by one.
+const HANDFUL: usize = 5;
+/// So many more are hardly things: nobody puts as many on a table.
+const PATTERN: usize = 20;
+
+/// Words what was not measured, what is most like a thing first, and of one reason a handful.
+fn unmeasured(missed: &[([f64; 2], Unmeasured)]) -> Vec<String> {
+    let mut left: Vec<&([f64; 2], Unmeasured)> = missed.iter().collect();
+    left.sort_by_key(|(_, why)| unlike_a_thing(why));
+    let mut lines = Vec::new();
+    while let Some(first) = left.first() {
+        let why = first.1;
+        let (same, others): (Vec<_>, Vec<_>) =
+            left.iter().copied().partition(|one| is_same(&why, &one.1));
+        for ([x, y], why) in same.iter().take(HANDFUL).copied() {
+            lines.push(format!(
+                "not measured: what stands at about ({:.0}, {:.0}) mm: {why}",
+                x * 1e3,
+                y * 1e3
+            ));
+        }
+        let more = same.len().saturating_sub(HANDFUL);
+        if more > 0 {
+            let cloth = if more >= PATTERN { ": the cloth seems to be patterned" } else { "" };
+            lines.push(format!("not measured: {more} more for the same reason{cloth}"));
+        }
+        left = others;
+    }
+    lines
+}
+
+/// Whether two things were not measured for one reason, whatever its numbers.
+fn is_same(a: &Unmeasured, b: &Unmeasured) -> bool {
+    let is_same_outline = match (a, b) {
+        (Unmeasured::Outline(a), Unmeasured::Outline(b)) => discriminant(a) == discriminant(b),
+        _ => true,
+    };
+    is_same_outline && discriminant(a) == discriminant(b)
+}
+
+/// How little speaks for a thing, of any number: what has sides and lacks a view first, what is flat last.
+fn unlike_a_thing(why: &Unmeasured) -> u8 {
+    match why {
+        Unmeasured::Undetermined(_) => 0,
+        Unmeasured::Stretch(_) => 1,
+        Unmeasured::Misfit(_) => 2,
+        Unmeasured::Outline(Refused::Ragged(_) | Refused::Empty) => 4,
+        Unmeasured::Outline(_) => 3,
+        Unmeasured::Uncut => 5,
+        Unmeasured::Flat => 6,
+    }
+}
+
 /// Words what a photograph showed for a scene: what stays as declared, what was measured, what could not be.
 pub fn measured(
     seen: &[Sighting],
     things: &[(&str, &Measured)],
-    missed: &[([f64; 2], String)],
+    missed: &[([f64; 2], Unmeasured)],
 ) -> String {
     let mut lines: Vec<String> = seen.iter().map(sighting).collect();
     for (name, thing) in things {
@@ -130,15 +185,33 @@ pub fn measured(
             thing.rms_px
         ));
     }
-    for ([x, y], why) in missed {
-        lines.push(format!(
-            "not measured: what stands at about ({:.0}, {:.0}) mm: {why}",
-            x * 1e3,
-            y * 1e3
-        ));
-    }
+    lines.extend(unmeasured(missed));
     if lines.is_empty() {
         lines.push("nothing stands on the table that differs from it in colour".into());
     }
     lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alignment::contour::Smoothness;
+
+    /// A flowered cloth was answered with a hundred lines, the box among them.
+    #[test]
+    fn what_is_refused_for_one_reason_is_told_a_handful_of_times() {
+        let print = Smoothness { turning: 2.8, hull_ratio: 1.2, solidity: 0.7 };
+        let print = Unmeasured::Outline(Refused::Ragged(print));
+        let mut missed: Vec<_> = (0..31).map(|i| ([0.01 * f64::from(i), 0.0], print)).collect();
+        missed.push(([0.6, 0.1], Unmeasured::Misfit(2.0)));
+        missed.push(([0.7, 0.1], Unmeasured::Misfit(3.0)));
+        let said = measured(&[], &[], &missed);
+        let lines: Vec<&str> = said.lines().collect();
+        assert_eq!(lines.len(), 2 + HANDFUL + 1, "{said}");
+        assert!(lines[0].contains("(600, 100) mm") && lines[1].contains("(700, 100) mm"), "{said}");
+        assert!(lines[7].contains("26 more for the same reason: the cloth"), "{said}");
+        // Numbers that no operator knows are left out.
+        assert!(!said.contains("solidity"), "{said}");
+        assert!(!measured(&[], &[], &missed[..7]).contains("cloth"), "{said}");
+    }
 }

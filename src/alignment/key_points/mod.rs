@@ -70,8 +70,7 @@ pub enum Refused {
     #[error("the picture's own cut is empty")]
     Empty,
     /// The paper's failure: the contour is not smooth.
-    #[error("the contour is not smooth (turning {:.2}, hull ratio {:.3}, solidity {:.2})",
-            .0.turning, .0.hull_ratio, .0.solidity)]
+    #[error("the contour is not smooth: it has dents, spurs or a ragged border")]
     Ragged(Smoothness),
     /// Too much of the contour is hidden or leaves the picture.
     #[error("only {:.0} % of the contour is the object's own", 100.0 * .0)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::alignment::measure::Measured;
+use crate::alignment::measure::{Measured, Unmeasured};
 use crate::alignment::vision::Sighting;
 use crate::world::Shape;
 
@@ -57,7 +57,7 @@ impl Answer {
         file: &Path,
         seen: &[Sighting],
         things: &[(&str, &Measured)],
-        missed: &[([f64; 2], String)],
+        missed: &[([f64; 2], Unmeasured)],
     ) -> Self {
         let measured = things.iter().map(|(name, thing)| {
             let pose = &thing.world_from_object;
@@ -73,7 +73,7 @@ impl Answer {
             }
         });
         let not_measured =
-            missed.iter().map(|(at, reason)| Missed { xy_m: *at, reason: reason.clone() });
+            missed.iter().map(|(at, why)| Missed { xy_m: *at, reason: why.to_string() });
         Self {
             file: file.display().to_string(),
             declared: seen.iter().map(|sighting| sighting.name.clone()).collect(),
