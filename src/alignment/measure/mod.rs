@@ -9,6 +9,7 @@
 //! Source: the paper, §2.2 (contour → key points → pose, sizes known); Schwarz, "Estimating the dimension of a model",
 //! Annals of Statistics 1978 (which of the two solids); Harris, "Tracking with rigid models", 1992 (moving edges).
 
+mod blur;
 mod start;
 mod stretches;
 
@@ -28,6 +29,7 @@ use super::segment::{Prompt, segment, without_shadow};
 use crate::fit::{self, Fit, Loss, Residuals};
 use crate::world::frame::Object;
 use crate::world::{Camera, Form, Material, Point, Shape, Unknown};
+use blur::edge_width;
 use start::Start;
 use stretches::apart;
 
@@ -187,15 +189,17 @@ pub fn measure(
     let rms_px = EDGE_PX * found.rms;
     let (mut shape, mut world_from_object) = solid(&found.x);
     // What leaves the solid by half of that all along a stretch is of another form, however well the rest fits.
-    let hull = Outline::new(&view, &shape, &world_from_object, CORNERS).hull;
-    let apart = apart(picture, &contour, &hull, FULL);
+    let outline = Outline::new(&view, &shape, &world_from_object, ALONG);
+    let apart = apart(picture, &contour, &outline.hull, FULL);
     let usual = (STRETCH_SPREADS * apart.spread_px).max(STRETCH_PX);
     if apart.farthest_px > usual.max(0.5 * MISFIT * start.size_px) {
         return Err(Unmeasured::Stretch(apart.farthest_px));
     }
     let far = (world_from_object.origin() - view.eye()).norm();
-    // A size lies between two edges, each off as a whole by as much as edges are off.
-    let soft = SOFT_PX.max(SQRT_2 * rms_px) * far / camera.intrinsics.fx;
+    // A size lies between two edges, each off as a whole by as much as edges are off; in a wide one the thing may end anywhere,
+    // of which the standard deviation is a twelfth's root.
+    let wide_px = edge_width(picture, &outline, FULL) / f64::sqrt(12.0);
+    let soft = SOFT_PX.max(SQRT_2 * rms_px).max(wide_px) * far / camera.intrinsics.fx;
     let of_size = |i: usize, size: f64| (found.std(i) * size).hypot(soft);
     let mut size_std = match shape {
         Shape::Cuboid { size } => [of_size(3, size.x), of_size(4, size.y), of_size(2, size.z)],
