@@ -107,14 +107,17 @@ const HANDFUL: usize = 5;
 /// So many more are hardly things: nobody puts as many on a table.
 const PATTERN: usize = 20;
 
+/// Where something stands, m on the table, and why it was not measured.
+type Missed = ([f64; 2], Unmeasured);
+
 /// Words what was not measured, what is most like a thing first, and of one reason a handful.
-fn unmeasured(missed: &[([f64; 2], Unmeasured)]) -> Vec<String> {
-    let mut left: Vec<&([f64; 2], Unmeasured)> = missed.iter().collect();
+fn unmeasured(missed: &[Missed]) -> Vec<String> {
+    let mut left: Vec<&Missed> = missed.iter().collect();
     left.sort_by_key(|(_, why)| unlike_a_thing(why));
     let mut lines = Vec::new();
     while let Some(first) = left.first() {
         let why = first.1;
-        let (same, others): (Vec<_>, Vec<_>) =
+        let (same, others): (Vec<&Missed>, Vec<&Missed>) =
             left.iter().copied().partition(|one| is_same(&why, &one.1));
         for ([x, y], why) in same.iter().take(HANDFUL).copied() {
             lines.push(format!(

@@ -254,6 +254,7 @@ mod tests {
             action: format!("step_{number}()"),
             call: None,
             outcome: Outcome::Success,
+            not_needed: None,
             reason: None,
             failure: None,
             interval_s: [number as f64, number as f64 + 1.0],
