@@ -1,14 +1,14 @@
 //! Whether the outline of a thing leaves that of the solid fitted to it over whole stretches: then it is of another form.
 //!
-//! In: a contour, in order, and the solid's outline. Out: by how much the stretch that is farthest off is off, and how far
-//! points usually are. One number for the whole outline does not tell: a robust fit lets a stretch go, such as the corner
-//! that two boxes of different height leave bare, and a can on its side is off at its two round ends only. A single point
-//! may be off by noise, by a rounded corner or where the mask took in a shadow that the picture's own edges contradict.
+//! In: a contour, in order, and the solid's outline. Out: by how much the stretch that is farthest off is off. One number
+//! for the whole outline does not tell: a robust fit lets a stretch go, such as the corner that two boxes of different
+//! height leave bare, and a can on its side is off at its two round ends only. A single point may be off by noise, by a
+//! rounded corner or where the mask took in a shadow that the picture's own edges contradict.
 
 use nalgebra::Vector2;
 
 use crate::alignment::key_points::Contour;
-use crate::alignment::picture::{Picture, ROBUST, median};
+use crate::alignment::picture::Picture;
 use crate::alignment::refine::strongest;
 
 /// A stretch, as a part of the outline. Chosen: short beside a side of a box, long beside a rounded corner.
@@ -18,26 +18,12 @@ const SHORTEST: usize = 10;
 /// So far from the solid's outline the picture's edge is looked for, px: as far as the fit first looked for it.
 const REACH_PX: f64 = 5.0;
 
-/// How a contour lies beside a solid's outline.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Apart {
-    /// The mean distance over the stretch that is farthest off, px.
-    pub(super) farthest_px: f64,
-    /// How far points usually are off: the robust standard deviation of all of them, px.
-    pub(super) spread_px: f64,
-}
-
-/// Compares a contour with the corners of a solid's convex outline, px, in order; `full` is the gradient, CIELAB/px, of an
-/// edge that counts in full.
+/// Returns how far a contour's stretch that is farthest off leaves a solid's convex outline on the mean, px. `hull` are the
+/// corners of the outline, px, in order; `full` is the gradient, CIELAB/px, of an edge that counts in full.
 ///
 /// Where the picture has such an edge nearer to the solid's outline than the contour is, the mask was cut wrongly there
 /// and the edge is what counts. What is not the thing's own is left out.
-pub(super) fn apart(
-    picture: &Picture,
-    contour: &Contour,
-    hull: &[Vector2<f64>],
-    full: f64,
-) -> Apart {
+pub(super) fn apart(picture: &Picture, contour: &Contour, hull: &[Vector2<f64>], full: f64) -> f64 {
     let inside = hull.iter().sum::<Vector2<f64>>() / hull.len().max(1) as f64;
     let own = contour.pixels.iter().zip(&contour.own).filter(|(_, own)| **own);
     let offs: Vec<f64> = own
@@ -49,8 +35,7 @@ pub(super) fn apart(
             Some(shown.filter(|shown| shown.abs() < off.abs()).unwrap_or(off))
         })
         .collect();
-    let mut sizes: Vec<f64> = offs.iter().map(|off| off.abs()).collect();
-    Apart { farthest_px: farthest(&offs), spread_px: ROBUST * median(&mut sizes) }
+    farthest(&offs)
 }
 
 /// Returns the largest mean, without its sign, of neighbours on a ring.
