@@ -8,9 +8,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use image::RgbImage;
 
 use crate::lab::Lab;
+use crate::motion::Robot;
 
 use super::wording;
-use crate::arm::ticked::{Plant, Ticked};
+use crate::arm::ticked::{Brake, Plant, Ticked};
 use crate::arm::{Camera, DeviceError, Feedback, Film, Plate, Scales, SmallShot, Weighing};
 
 /// The lab, shared by its arm, its camera and its scales.
@@ -28,10 +29,9 @@ pub struct LabCamera(pub SharedLab);
 /// The lab's kitchen scales.
 pub struct LabScales(pub SharedLab);
 
-/// Connects to the lab's arm where it stands.
-pub fn connect(lab: SharedLab) -> LabArm {
-    let brakes = lock(&lab).brakes();
-    Ticked::new(plant(lab), brakes)
+/// Connects to the lab's arm where it stands; it is braked as its file allows.
+pub fn connect(lab: SharedLab, robot: &Robot) -> LabArm {
+    Ticked::new(plant(lab), Brake::of(robot))
 }
 
 /// Returns the lab's arm as something that is stepped, for a controller of its own.

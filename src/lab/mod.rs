@@ -26,7 +26,6 @@ use image::RgbImage;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::motion::Robot;
-use crate::motion::braking::Brake;
 use crate::twin::render::{ArmLook, View};
 use crate::twin::{self, Twin};
 use crate::world::{ObjectState, Pose, Scene, WorldState};
@@ -295,11 +294,6 @@ impl Lab {
             self.feel_jaws();
         }
         Ok(())
-    }
-
-    /// Returns what each joint may do while it is brought to rest.
-    pub fn brakes(&self) -> Vec<Brake> {
-        Brake::of(self.world.robot())
     }
 
     /// Returns the time since the laboratory was opened, s.

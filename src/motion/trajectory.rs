@@ -223,7 +223,7 @@ impl Trajectory {
         let n = (self.duration() / step).ceil().max(1.0) as usize;
         let mut worst = (0.0_f64, 0.0_f64);
         for k in 0..=n {
-            let sample = self.sample(self.duration() * k as f64 / n as f64);
+            let sample = self.sample(self.duration() * (k as f64 / n as f64));
             for i in 0..sample.q.len() {
                 worst.0 = worst.0.max(sample.dq[i].abs() / limits.velocity[i]);
                 worst.1 = worst.1.max(sample.ddq[i].abs() / limits.acceleration[i]);
@@ -235,7 +235,7 @@ impl Trajectory {
     /// Returns instants `step` s apart, the end included, and the positions there.
     pub fn sampled(&self, step: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
         let n = (self.duration() / step).ceil().max(1.0) as usize;
-        let times: Vec<f64> = (0..=n).map(|k| self.duration() * k as f64 / n as f64).collect();
+        let times: Vec<f64> = (0..=n).map(|k| self.duration() * (k as f64 / n as f64)).collect();
         let points = times.iter().map(|&t| self.sample(t).q).collect();
         (times, points)
     }

@@ -70,7 +70,7 @@ pub(super) fn laboratory_devices(
     options: &Options,
 ) -> Result<Devices, Error> {
     let lab = lab_of(robot, scene, options)?;
-    let mut devices = of_lab(lab.clone());
+    let mut devices = of_lab(lab.clone(), robot);
     if options.is_real_time {
         let paced = Paced::new(lab_arm::plant(lab), options.clock);
         devices.arm = Box::new(Ticked::new(paced, Brake::of(robot)));
@@ -86,12 +86,12 @@ pub(super) fn simulated(
     seed: u64,
 ) -> Result<Devices, Error> {
     let lab = Lab::new(robot, scene, settings, seed);
-    Ok(of_lab(Arc::new(Mutex::new(lab?))))
+    Ok(of_lab(Arc::new(Mutex::new(lab?)), robot))
 }
 
-fn of_lab(lab: SharedLab) -> Devices {
+fn of_lab(lab: SharedLab, robot: &Robot) -> Devices {
     Devices {
-        arm: Box::new(lab_arm::connect(lab.clone())),
+        arm: Box::new(lab_arm::connect(lab.clone(), robot)),
         camera: Box::new(LabCamera(lab.clone())),
         scales: Some(Box::new(LabScales(lab))),
         limits: None,

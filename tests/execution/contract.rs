@@ -40,7 +40,7 @@ fn arms(cell: &Cell, q: &[f64]) -> Vec<(&'static str, Box<dyn Arm>)> {
         settings.placement.fixed.insert("cup".into(), spot([0.45, 0.33, 0.0]));
         settings.start.q_rad = q.to_vec();
         let lab = Lab::new(&cell.robot, &cell.scene, settings, 3).unwrap();
-        Box::new(lab_arm::connect(Arc::new(Mutex::new(lab))))
+        Box::new(lab_arm::connect(Arc::new(Mutex::new(lab)), &cell.robot))
     };
     // Where the tool really is when the joints say so is regression 3's affair, not the contract's.
     let mut straight = LabSettings::default();

@@ -139,7 +139,7 @@ fn goes(passer: &Passer, means: Means, is_watched: bool) -> Went {
     let mut state = kitchen::state(JAR, CUP);
     state.q = home(-0.6).to_vec();
     let lab = Lab::new(&cell.robot, &cell.scene, settings, 3).unwrap();
-    let arm = lab_arm::connect(Arc::new(Mutex::new(lab)));
+    let arm = lab_arm::connect(Arc::new(Mutex::new(lab)), &cell.robot);
     let told = Arc::new(Mutex::new(Told::default()));
     let context = ActionContext::new(
         cell.clone(),

@@ -97,7 +97,7 @@ fn the_gen3_s_joint_7_rubs_and_the_constant_part_is_a_doubt() {
     assert!(observed.effects.iter().all(|e| !e.name.contains("quadratic")), "{observed:#?}");
     // What an offset of the speed acts through is worth both.
     let fluid = observed.effects.iter().find(|e| e.name == "viscous_friction").unwrap();
-    assert!(fluid.evidence.delta_bic > 100.0 && fluid.heldout_share > 0.5, "{fluid:#?}");
+    assert!(fluid.evidence.delta_bic > 60.0 && fluid.heldout_share > 0.5, "{fluid:#?}");
     // On the commanded torque the constant may as well be an offset of its sensor: it never turns round.
     let commanded = ask("tau_cmd_Nm");
     assert_eq!(commanded.verdict, Verdict::Ambiguous, "{commanded:#?}");
