@@ -14,9 +14,10 @@ use super::super::decisions::Entry;
 use super::super::error::ActionError;
 use super::super::plan::{Leg, Planner, Way, distance, turned_angle};
 use super::super::refusal::Refusal;
+use super::super::wording;
 use super::ActionContext;
 use super::moving::{PATIENCE, is_for_another};
-use crate::trace::{NoWay, Unrehearsed};
+use crate::trace::{Event, NoWay, Unrehearsed};
 
 /// An arm this near to where a path begins stands there, rad.
 const STANDS_THERE: f64 = 0.02;
@@ -123,7 +124,15 @@ impl ActionContext {
             }
         }
         let Some(goal) = way.on.last() else { return Ok(()) };
-        self.give_way(goal, tilt, speed)?;
+        self.tell(&Event::note(wording::gives_way()));
+        let begun = self.body.arm().feedback()?.time;
+        // From rest it goes away from what came too near, and round it.
+        while self.give_way(goal, tilt, speed)? {
+            if self.body.arm().feedback()?.time - begun > PATIENCE {
+                break;
+            }
+            self.uncount();
+        }
         let rest = self.way(speed, &|planner, seed| planner.free(goal, tilt, seed))?;
         self.drive_way(&rest, speed, PATIENCE)
     }

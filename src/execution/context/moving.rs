@@ -371,14 +371,13 @@ impl ActionContext {
     }
 
     /// Leads the arm towards `goal` (rad) by policies that give way to what moves, with the hand within `tilt` rad of upright when
-    /// that is asked for. It need not get there: the arm rests where it was left.
+    /// that is asked for. It need not get there: the arm rests where it was left. Returns whether it was stopped for what moves.
     pub(super) fn give_way(
         &mut self,
         goal: &[f64],
         tilt: Option<f64>,
         speed: f64,
-    ) -> Result<(), ActionError> {
-        self.tell(&Event::note(wording::gives_way()));
+    ) -> Result<bool, ActionError> {
         let planner = self.planner()?;
         let world = planner.world();
         let limits = self.paced(speed / self.setting.dial.stretch());
@@ -429,8 +428,8 @@ impl ActionContext {
         }
         let found = self.find_arm();
         match done {
-            Err(error) if is_for_another(&error) => found,
-            done => done.and(found),
+            Err(error) if is_for_another(&error) => found.and(Ok(true)),
+            done => done.and(found).and(Ok(false)),
         }
     }
 }
