@@ -70,7 +70,7 @@ impl Channel {
     }
 
     /// Marks rows as not read.
-    fn leave_out(&mut self, rows: &[usize]) {
+    pub(super) fn leave_out(&mut self, rows: &[usize]) {
         self.unread.resize(self.values.len(), false);
         for row in rows {
             self.unread[*row] = true;
@@ -90,7 +90,7 @@ impl Channel {
     }
 
     /// Gives the rows at which it was not read values from those around: a motion is smooth, a torque may jump.
-    fn fill(&mut self, time: &[f64]) {
+    pub(super) fn fill(&mut self, time: &[f64]) {
         let (at, read) = self.readings(time);
         let (Some(first), Some(last)) = (read.first(), read.last()) else { return };
         let is_motion = matches!(self.quantity, Quantity::Position | Quantity::Speed);

@@ -14,6 +14,7 @@ use super::plausible;
 use super::simulate::Model;
 use super::term::{Law, Term};
 use super::wording;
+use crate::discovery::recording::sidecar::TorqueSensor;
 use crate::discovery::recording::{Error, Recording};
 use crate::discovery::selection::{Residuals as _, Set};
 use crate::language::ast::EffectItem;
@@ -79,7 +80,11 @@ fn models(
     }
     channels::settle_noise(read.iter_mut().map(|(_, data)| data));
     let mut models = Vec::new();
-    for (recording, (arm, data)) in train.iter().chain(heldout).zip(read) {
+    for (recording, (arm, mut data)) in train.iter().chain(heldout).zip(read) {
+        // Of a motion that is simulated friction at rest is a part.
+        if arm.torque_sensor == TorqueSensor::Motor && arm.controller.is_none() {
+            data.leave_out_standing(&recording.name);
+        }
         notes.extend(recording.notes.iter().cloned());
         notes.extend(data.notes.iter().map(ToString::to_string));
         let course = Course::new(&arm, data);

@@ -40,6 +40,7 @@ mod power;
 mod refusal;
 mod rows;
 mod sensor;
+mod standing;
 mod thin;
 mod zeros;
 

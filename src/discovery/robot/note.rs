@@ -73,6 +73,15 @@ pub enum Note {
         /// In how many rows.
         rows: usize,
     },
+    /// Joints stand still, held by friction.
+    Standing {
+        /// Which recording.
+        recording: String,
+        /// Columns of torque, and in how many rows their joints stand still.
+        joints: Vec<(String, usize)>,
+        /// Of how many rows.
+        rows: usize,
+    },
     /// The time stamps are less even than the motion.
     Jitter {
         /// Which recording.
@@ -140,6 +149,17 @@ impl fmt::Display for Note {
                     f,
                     "{recording}: the arm pushed, pulled or pressed {}; the torques of these {rows} rows are not judged",
                     told(spans.collect())
+                )
+            }
+            Self::Standing { recording, joints, rows } => {
+                let joints: Vec<String> = joints
+                    .iter()
+                    .map(|(column, n)| format!("`{column}` in {n} of {rows} rows"))
+                    .collect();
+                write!(
+                    f,
+                    "{recording}: joints stand still, held by friction of which nobody knows how much; not judged there: {}",
+                    joints.join(", ")
                 )
             }
             Self::Jitter { recording, off } => write!(
