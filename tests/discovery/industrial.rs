@@ -119,6 +119,22 @@ fn an_industrial_arm_rubs_in_two_ways_in_every_joint_and_nothing_else_is_invente
     assert!(rotors.clone().all(|off| is_written(&off.at)), "{:#?}", finding.model.added);
 }
 
+/// Joint 6 stands still in half of the recording that is held out, and friction holds it there with anything up to its level: taken for
+/// motion, that was a spring, a wave, friction of three kinds and a link of -4.6 kg.
+#[test]
+fn what_holds_joints_that_stand_still_is_not_taken_for_effects() {
+    let Some(finding) = found(&["jan31u.csv", "ptp.csv"]) else { return };
+    let names = finding.effects.iter().map(|effect| (effect.name.as_str(), effect.at.as_str()));
+    let mut names: Vec<(&str, &str)> = names.collect();
+    names.sort_unstable();
+    let joints = ["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6"];
+    let kinds = ["coulomb_friction", "viscous_friction"];
+    let expected: Vec<_> = kinds.into_iter().flat_map(|k| joints.map(|at| (k, at))).collect();
+    assert_eq!(names, expected, "{:#?}", finding.effects);
+    assert!(finding.gap.after.heldout < 2.0, "{:?}", finding.gap);
+    assert!(finding.notes.iter().any(|note| note.contains("`tau_6` in 18")), "{:?}", finding.notes);
+}
+
 /// A sensor that shows a sixth more, on top of a real arm whose links weigh otherwise than their file says.
 #[test]
 fn a_gain_of_one_sensor_is_told_from_links_that_are_heavier() {

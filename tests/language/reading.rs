@@ -183,6 +183,7 @@ fn the_prompt_runs_steps_and_asks_for_more_when_a_text_is_open() {
         "task t(o: A)",
         "check a <=",
         "/// d",
+        "if held(jar) { place(jar) } else",
     ] {
         assert!(is_incomplete(open), "{open}");
     }
@@ -195,6 +196,7 @@ fn the_prompt_runs_steps_and_asks_for_more_when_a_text_is_open() {
         "fluent f() = a",
         "where is the jar?",
         "pick up the jar!",
+        "put the jar somewhere else",
         "pour(jar, cup);",
         "“pour(jar, cup)”",
     ] {

@@ -82,7 +82,7 @@ mod tests {
     /// A joint that moves at 0.5 rad/s for a second from `begins` s on, of 3 s, and trembles by its noise otherwise.
     fn log(begins: f64) -> Data {
         let time: Vec<f64> = (0..300).map(|row| f64::from(row) * 0.01).collect();
-        let tremble = |row: usize| if row % 3 == 0 { 5e-5 } else { 0.0 };
+        let tremble = |row: usize| if row.is_multiple_of(3) { 5e-5 } else { 0.0 };
         let q = time.iter().map(|t| 0.5 * (t - begins).clamp(0.0, 1.0)).enumerate();
         let q = q.map(|(row, q)| q + tremble(row)).collect();
         let channels =

@@ -123,6 +123,10 @@ pub fn is_incomplete(source: &str) -> bool {
         // A sentence ends with a mark; the language has none of these, nor signs of other keyboards.
         Kind::Sign if text.is_ascii() => !matches!(text, "%" | "?" | "!" | "." | ";" | "'" | "`"),
         Kind::Sign => text == "±",
+        // A sentence may end with it: put the jar somewhere else.
+        Kind::Word if text == "else" => {
+            code.iter().any(|t| matches!(t.text(source), "if" | "either" | "}"))
+        }
         Kind::Word => matches!(
             text,
             "and"
@@ -136,7 +140,6 @@ pub fn is_incomplete(source: &str) -> bool {
                 | "check"
                 | "let"
                 | "if"
-                | "else"
                 | "either"
                 | "repeat"
                 | "together"
