@@ -391,9 +391,9 @@ impl<P: Plant> Arm for Ticked<P> {
                 self.brake(watch)?;
                 return self.arrive(cancel, watch);
             };
-            // Policies choose accelerations anew at every tick: none of them has to be taken back.
-            let rest = vec![0.0; self.q_cmd.len()];
-            self.tick(Some(Sample { ddq: rest, ..order.into_order() }), watch)?;
+            // Braked at once, with a step of its acceleration: to take that back first would lead nearer to what it is stopped for.
+            let none = vec![0.0; self.q_cmd.len()];
+            self.tick(Some(Sample { ddq: none, ..order.into_order() }), watch)?;
         }
         Err(self.cut_short(cancel, watch))
     }

@@ -158,7 +158,7 @@ impl fmt::Display for Note {
                     .collect();
                 write!(
                     f,
-                    "{recording}: joints stand still, held by friction of which nobody knows how much; not judged there: {}",
+                    "{recording}: torques of joints at rest are not judged, as static friction is not determined by the motion: {}",
                     joints.join(", ")
                 )
             }

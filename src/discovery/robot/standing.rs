@@ -79,12 +79,12 @@ mod tests {
         Channel { quantity, index: 0, name, values, noise: 3e-5, unread }
     }
 
-    /// A joint that moves at 0.5 rad/s for a second from `begins` s on, of 3 s, and trembles by its noise otherwise.
+    /// A joint that moves at 0.5 rad/s for a second from `begins` s on, of 3 s, with noise on its angle.
     fn log(begins: f64) -> Data {
         let time: Vec<f64> = (0..300).map(|row| f64::from(row) * 0.01).collect();
-        let tremble = |row: usize| if row.is_multiple_of(3) { 5e-5 } else { 0.0 };
+        let jitter = |row: usize| if row.is_multiple_of(3) { 5e-5 } else { 0.0 };
         let q = time.iter().map(|t| 0.5 * (t - begins).clamp(0.0, 1.0)).enumerate();
-        let q = q.map(|(row, q)| q + tremble(row)).collect();
+        let q = q.map(|(row, q)| q + jitter(row)).collect();
         let channels =
             vec![channel(Quantity::Position, q), channel(Quantity::Torque, vec![1.0; 300])];
         Data {
