@@ -108,6 +108,19 @@ impl Session<'_, '_> {
         }))
     }
 
+    /// Whether a word alone means something at the prompt: a name, a command, an answer, a word of stepping or of the language.
+    pub(super) fn is_taken(&self, word: &str) -> bool {
+        let is_command = COMMANDS.iter().any(|command| command.name == word)
+            || OTHERWISE.iter().any(|(other, _)| *other == word)
+            || matches!(word, "it" | "y" | "yes" | "n" | "no" | "halt");
+        is_command
+            || words::is_word(word)
+            || sentence::is_again(word)
+            || language::is_of_language(word)
+            || self.values.all().any(|(name, _)| name == word)
+            || language::assist::describe(&self.library, &self.scope, word).is_some()
+    }
+
     /// Returns what to do instead of what a word wishes that no task does: `undo`.
     fn instead(&self, word: &str) -> Option<String> {
         let scene = self.library.scene(self.library.default_scene());

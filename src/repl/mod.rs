@@ -12,6 +12,7 @@ mod edits;
 mod lease;
 mod paint;
 mod paste;
+mod phrases;
 mod quiz;
 mod table;
 mod records;
@@ -39,8 +40,9 @@ use crate::workcell::{Run, Stdlib, WorkCell};
 use calc::Calculator;
 use complete::Helper;
 use line_source::{LineSource, Pipe, Terminal, Typed};
+use phrases::Taught;
 use saved::Made;
-use sentences::{Confirm, Pending, Taught};
+use sentences::{Confirm, Pending};
 use values::Values;
 use work::Bench;
 

@@ -1,18 +1,16 @@
-//! Sentences at the prompt, the phrases it was taught, and what it asks before it acts.
+//! Sentences at the prompt, and what it asks before it acts.
 //!
 //! A line that is no call is tried as a sentence. What it comes to is shown first; only a person's `y` has
-//! it done.
+//! it done. Sentences that it is taught are in `phrases`.
 
 use std::cell::{LazyCell, RefCell};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 
-use crate::files::{self, write};
 use crate::language::ast::{Expr, Step};
 use crate::language::parse_line;
-use crate::language::sentence::{self, Knowledge, Meaning, Phrase, Understood};
+use crate::language::sentence::{self, Knowledge, Meaning, Understood};
 use crate::report::exit::Exit;
-use crate::report::{self, Failure, Style};
+use crate::report::{self, Failure};
 
 use super::Session;
 
@@ -59,68 +57,6 @@ pub(super) enum Pending {
     Real,
 }
 
-/// Phrases that people taught, kept in a file when there is a place for one.
-pub(super) struct Taught {
-    phrases: Vec<(String, Phrase)>,
-    path: Option<PathBuf>,
-}
-
-impl Taught {
-    /// Reads the phrases kept in a folder; tells of those that cannot be read any more.
-    pub(super) fn read(home: Option<&Path>, style: Style) -> Self {
-        let path = home.map(|home| home.join("phrases"));
-        let mut taught = Self { phrases: Vec::new(), path };
-        taught.read_again(style);
-        taught
-    }
-
-    /// Reads the file anew; phrases of this session that are in no file are kept as they are.
-    pub(super) fn read_again(&mut self, style: Style) {
-        let Some(path) = &self.path else { return };
-        let text = files::read::text(path).ok();
-        let mut phrases = Vec::new();
-        for line in text.unwrap_or_default().lines().filter(|line| !line.trim().is_empty()) {
-            match sentence::phrase(line) {
-                Ok(phrase) => phrases.push((line.to_owned(), phrase)),
-                Err(wrong) => {
-                    style.note(&format!("phrase {line} is passed over: {}", wrong.message));
-                }
-            }
-        }
-        self.phrases = phrases;
-    }
-
-    fn all(&self) -> Vec<Phrase> {
-        self.phrases.iter().map(|(_, phrase)| phrase.clone()).collect()
-    }
-
-    /// Learns a phrase; returns the file it is kept in with the texts before and after.
-    fn learn(&mut self, line: &str) -> Result<Option<Kept>, Failure> {
-        let phrase = sentence::phrase(line)
-            .map_err(|wrong| Failure::input("task::template", wrong.message).help(wrong.help))?;
-        self.phrases.retain(|(_, known)| known.template.text != phrase.template.text);
-        self.phrases.push((line.to_owned(), phrase));
-        let Some(path) = &self.path else { return Ok(None) };
-        let lines: Vec<&str> = self.phrases.iter().map(|(line, _)| line.as_str()).collect();
-        let before = files::read::text(path).ok();
-        let after = lines.join("\n") + "\n";
-        write::replace(path, &after).map_err(|error| {
-            let mut failure = Failure::unwritten(path, &error);
-            failure.message =
-                format!("the phrase is known now, and cannot be kept: {}", failure.message);
-            failure
-        })?;
-        Ok(Some(Kept { path: path.clone(), before, after }))
-    }
-}
-
-/// The file of phrases as it was and is.
-struct Kept {
-    path: PathBuf,
-    before: Option<String>,
-    after: String,
-}
-
 /// Whether a line that is no call may be a sentence: words, and nothing of a call's punctuation.
 pub(super) fn looks_like_one(line: &str) -> bool {
     line.split_whitespace().count() > 1
@@ -143,38 +79,6 @@ fn which(choices: &[Understood]) -> String {
 }
 
 impl Session<'_, '_> {
-    /// `:phrase "empty the {o}" = pour(o, cup)`; alone it lists what was taught.
-    pub(super) fn phrase(&mut self, line: &str) -> Result<(), Failure> {
-        if line.is_empty() {
-            if self.taught.phrases.is_empty() {
-                self.style
-                    .say("no phrase was taught yet: `:phrase \"empty the {o}\" = pour(o, cup)`");
-            }
-            for (line, _) in &self.taught.phrases {
-                self.style.say(line);
-            }
-            return Ok(());
-        }
-        let read = sentence::phrase(line);
-        if let Ok(phrase) = &read
-            && self.library.callable(&phrase.call.name.text).is_none()
-        {
-            let name = &phrase.call.name.text;
-            return Err(Failure::input(
-                "task::unknown_name",
-                format!("there is no task or action `{name}`"),
-            )
-            .help("`:tasks` lists what can be called"));
-        }
-        let kept = self.taught.learn(line)?;
-        let words = if kept.is_some() { "kept for later sessions" } else { "for this session" };
-        if let Some(Kept { path, before, after }) = kept {
-            self.edits.made(":phrase", &path, before, &after);
-        }
-        self.style.say(format!("understood, {words}"));
-        Ok(())
-    }
-
     /// Tries a line as a sentence; `line` is as it was typed, before the names in it were put in.
     pub(super) fn sentence(&mut self, said: &str, line: &str) -> Result<(), Failure> {
         let phrases = self.taught.all();

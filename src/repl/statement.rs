@@ -83,6 +83,9 @@ impl Session<'_, '_> {
         if is_word && self.is_free(line) && language::sentence::is_again(&line.to_lowercase()) {
             return self.again();
         }
+        if is_word && self.is_free(line) && self.taught.hears(line) {
+            return self.sentence(line, line);
+        }
         if is_word && self.named(line)? {
             return Ok(());
         }
@@ -98,7 +101,9 @@ impl Session<'_, '_> {
         let is_read = !wrong.iter().any(Diagnostic::is_error);
         match step {
             Some(Step::Let(name, ..)) if is_read => self.bind(meant, &name.text),
-            _ if !is_read && sentences::looks_like_one(meant) => self.sentence(meant, line),
+            _ if !is_read && (sentences::looks_like_one(meant) || self.taught.hears(meant)) => {
+                self.sentence(meant, line)
+            }
             _ if !is_read && is_pasted_sentences(meant) => Err(no_program(meant, &wrong)),
             step => {
                 let is_call = match &step {

@@ -79,7 +79,7 @@ pub(super) const COMMANDS: &[Command] = &[
     command("reset", "", "a fresh laboratory: things stand and are filled as at the start"),
     command("seed", "[N]", "the number that all chance comes from; N sets another"),
     command("confirm", "all|risky|none", "when to ask before acting"),
-    command("phrase", "\"…\" = CALL", "teach a sentence"),
+    command("phrase", "[\"…\" = CALL]", "teach a sentence; alone: the list; clear [\"…\"]"),
     command("set", "NAME VALUE", "a setting (confirm, seed), or a name for a value"),
     command("save", "FILE", "write the calls of this session as a script"),
     command("undo-edit", "", "take back the last change that trueup made to a file of this folder"),

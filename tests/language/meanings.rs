@@ -3,7 +3,8 @@
 
 use trueup::language::ast::Call;
 use trueup::language::sentence::{
-    Knowledge, Meaning, Phrase, Spot, phrase, things, understand, words,
+    Knowledge, Meaning, Phrase, Spot, displaced, phrase, single_words, sound, things, understand,
+    words,
 };
 use trueup::language::{Library, Source, text};
 
@@ -20,18 +21,21 @@ fn read(
     phrases: &[Phrase],
     hindrance: &dyn Fn(&Call) -> Option<String>,
 ) -> Meaning {
+    at_the_table(|with| understand(sentence, &Knowledge { phrases, hindrance, ..*with }))
+}
+
+fn at_the_table<T>(ask: impl Fn(&Knowledge<'_>) -> T) -> T {
     let mut library = Library::standard();
     library.add(Source::new("table.task", TABLE));
     let things = things(library.scene("table").unwrap().0);
-    let with = Knowledge {
+    ask(&Knowledge {
         library: &library,
         things: &things,
-        phrases,
+        phrases: &[],
         it: None,
         spot: &nowhere,
-        hindrance,
-    };
-    understand(sentence, &with)
+        hindrance: &nothing,
+    })
 }
 
 pub(super) fn nothing(_: &Call) -> Option<String> {
@@ -181,6 +185,67 @@ fn a_taught_phrase_is_read_before_what_was_there() {
     ] {
         assert!(phrase(wrong).is_err(), "{wrong}");
     }
+}
+
+/// Calls that cannot work and sentences that are never heard were learnt all the same.
+#[test]
+fn a_phrase_that_could_never_be_used_says_why() {
+    let judged = |text: &str| at_the_table(|with| sound(&phrase(text).unwrap(), with));
+    for good in [
+        "\"empty [out] the {o} into {there}\" = pour(o, there, amount: 60 mL)",
+        "\"pour {amount} from {a} to {b}\" = pour(a, b, amount: amount)",
+        "\"leave the {o} on the {there}\" = put(o, at: there)",
+        "\"dance\" = pick(jar)",
+    ] {
+        assert_eq!(judged(good), Ok(()), "{good}");
+    }
+    for (wrong, told) in [
+        ("\"wobble the {o}\" = pour(o, cup, speed: 3)", "no parameter of `pour` called `speed`"),
+        ("\"wobble the {o}\" = pour(o, 5 cm)", "5 cm"),
+        ("\"wobble the {o}\" = pick(o, nothing)", "nothing"),
+        ("\"please dance\" = pick(jar)", "is never heard: it is taken for \"dance\""),
+        ("\"where is the {o}\" = pick(o)", "is a question already"),
+    ] {
+        let why = judged(wrong).unwrap_err();
+        assert!(why.message.contains(told), "{wrong}: {}", why.message);
+        assert!(!why.help.is_empty(), "{wrong}");
+    }
+}
+
+/// A phrase that turned a sentence of a task around was learnt without a word.
+#[test]
+fn a_phrase_names_the_sentence_that_it_takes_over() {
+    let taken = |text: &str| at_the_table(|with| displaced(&phrase(text).unwrap(), with));
+    for text in ["\"pour {a} into {b}\" = pour(b, a)", "\"[quickly] pick up {o}\" = place(o)"] {
+        let (said, meant) = taken(text).unwrap_or_else(|| panic!("{text}"));
+        let before = read(&said, &[], &nothing);
+        let is_that = match before {
+            Meaning::Clear(found) => found.text == meant,
+            Meaning::Ambiguous { choices, .. } => choices.iter().any(|found| found.text == meant),
+            _ => false,
+        };
+        assert!(is_that, "{said}: {meant}");
+    }
+    // The first says which cup is meant, the second is new.
+    for text in ["\"empty the {o}\" = pour(o, cup)", "\"tip the {o}\" = pour(o, cup)"] {
+        assert_eq!(taken(text), None, "{text}");
+    }
+}
+
+#[test]
+fn a_phrase_that_cannot_be_filled_in_leaves_other_sentences_alone() {
+    let phrases = [phrase("\"empty the {o}\" = pour(o, cup)").unwrap()];
+    let meaning = read("empty the jar into the red cup", &phrases, &nothing);
+    let Meaning::Clear(found) = meaning else { panic!("{meaning:?}") };
+    assert_eq!(found.text, "pour(jar, cup2)");
+}
+
+#[test]
+fn single_words_of_a_phrase_are_told() {
+    let of = |text: &str| single_words(&phrase(text).unwrap());
+    assert_eq!(of("\"dance\" = pick(jar)"), ["dance"]);
+    assert_eq!(of("\"(dance|hop) [about]\" = pick(jar)"), ["dance", "hop"]);
+    assert!(of("\"dance {o}\" = pick(o)").is_empty());
 }
 
 #[test]

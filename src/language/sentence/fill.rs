@@ -266,24 +266,28 @@ pub(super) fn taught(
         ways = ways.iter().flat_map(|way| extend(way, slot, said, &found)).collect();
         ways.truncate(64);
     }
-    let calls = ways.into_iter().map(|way| {
-        let args = phrase.call.args.iter().map(|arg| {
-            let values = arg.values.iter().map(|value| {
-                let written = text::expr(value);
-                let found = way.iter().find(|(slot, ..)| *slot == written);
-                found.map_or(written, |(_, _, value)| value.clone())
-            });
-            let values = values.collect::<Vec<_>>().join(" | ");
-            match &arg.name {
-                Some(name) => format!("{}: {values}", name.text),
-                None => values,
-            }
-        });
-        let args = args.collect::<Vec<_>>().join(", ");
-        let line = format!("{}({args})", phrase.call.name.text);
-        checked(line, &phrase.template.text, way.clone(), Vec::new(), with)
-    });
+    let calls = ways
+        .into_iter()
+        .map(|way| checked(written(phrase, &way), &phrase.template.text, way, Vec::new(), with));
     readings(calls.collect(), question)
+}
+
+/// Writes a taught phrase's call with the values of a way in the place of its slots.
+pub(super) fn written(phrase: &Phrase, way: &[(String, String, String)]) -> String {
+    let args = phrase.call.args.iter().map(|arg| {
+        let values = arg.values.iter().map(|value| {
+            let written = text::expr(value);
+            let found = way.iter().find(|(slot, ..)| *slot == written);
+            found.map_or(written, |(_, _, value)| value.clone())
+        });
+        let values = values.collect::<Vec<_>>().join(" | ");
+        match &arg.name {
+            Some(name) => format!("{}: {values}", name.text),
+            None => values,
+        }
+    });
+    let args = args.collect::<Vec<_>>().join(", ");
+    format!("{}({args})", phrase.call.name.text)
 }
 
 fn readings(calls: Vec<Result<Understood, Hindrance>>, question: Option<String>) -> Reading {
@@ -302,7 +306,7 @@ fn readings(calls: Vec<Result<Understood, Hindrance>>, question: Option<String>)
 }
 
 /// Reads a call that was put together as if it had been typed.
-fn checked(
+pub(super) fn checked(
     line: String,
     template: &str,
     slots: Vec<(String, String, String)>,

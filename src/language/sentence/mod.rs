@@ -22,6 +22,7 @@ mod resolve;
 mod sequence;
 mod share;
 mod shift;
+mod teaching;
 mod template;
 
 use super::ast::{Param, SceneItem, Step};
@@ -34,6 +35,7 @@ use hand::Hand;
 pub use knowledge::{Knowledge, Phrase, Spot, Thing};
 pub use meaning::{Meaning, Understood, words};
 use resolve::Hindrance;
+pub use teaching::{displaced, single_words, sound};
 pub use template::{Reach, Template, Whole, Wrong};
 
 /// How many readings of an ambiguous sentence are offered.
@@ -168,8 +170,10 @@ fn calls(
             collect(reading, &mut readings, hindrances, &mut question);
         }
     }
-    // What has been taught goes before what was there.
-    if readings.is_empty() && hindrances.len() == before {
+    // What has been taught goes before what was there; where it fits and cannot be filled in, it is what says why.
+    let is_hindered = hindrances.len() > before;
+    if readings.is_empty() {
+        let mut others = Vec::new();
         for callable in with.library.callables() {
             for say in callable.say() {
                 let Ok(template) = Template::read(&say.text) else { continue };
@@ -178,8 +182,11 @@ fn calls(
                     continue;
                 };
                 let reading = filled(callable.name(), callable.params(), &template, &slots, with);
-                collect(reading, &mut readings, hindrances, &mut question);
+                collect(reading, &mut readings, &mut others, &mut question);
             }
+        }
+        if !is_hindered {
+            hindrances.append(&mut others);
         }
     }
     (readings, question)

@@ -203,6 +203,46 @@ impl Template {
         }
         out.split_whitespace().collect::<Vec<_>>().join(" ")
     }
+
+    /// Returns sentences that fit, at most `most`, the first as [`Self::example`] has it: each of alternatives, with and
+    /// without what may be left out, slots filled in by `word`.
+    pub(super) fn ways(&self, most: usize, word: impl Fn(&str) -> String) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut open = vec![(0, String::new())];
+        while let Some((at, mut out)) = open.pop() {
+            if found.len() == most {
+                break;
+            }
+            let next = match self.code.get(at) {
+                None => {
+                    found.push(out.split_whitespace().collect::<Vec<_>>().join(" "));
+                    continue;
+                }
+                Some(Op::Split(first, second)) => {
+                    open.push((*second, out.clone()));
+                    *first
+                }
+                Some(Op::Jump(to)) => *to,
+                Some(Op::Char(c)) => {
+                    out.push(*c);
+                    at + 1
+                }
+                Some(Op::Blank) => {
+                    out.push(' ');
+                    at + 1
+                }
+                Some(Op::Open(slot)) => {
+                    out.push_str(&word(&self.slots[*slot]));
+                    at + 1
+                }
+                // The loop of a slot is passed over.
+                Some(Op::Any) => at + 2,
+                Some(Op::Close(_)) => at + 1,
+            };
+            open.push((next, out));
+        }
+        found
+    }
 }
 
 /// Whether words that may be a part, such as "two thirds" or "50 per cent full", begin a text.
@@ -419,5 +459,14 @@ mod tests {
     fn an_example_takes_the_first_way() {
         let template = Template::read("(pick|grab) [up] [the] {o}").unwrap();
         assert_eq!(template.example(|slot| format!("<{slot}>")), "pick up the <o>");
+    }
+
+    #[test]
+    fn every_way_to_say_it_is_found_up_to_a_limit() {
+        let template = Template::read("(pick|grab) [up] {o}").unwrap();
+        let ways = template.ways(9, |_| "it".into());
+        assert_eq!(ways, ["pick up it", "pick it", "grab up it", "grab it"]);
+        let many = Template::read(&("[a] ".repeat(40) + "b")).unwrap();
+        assert_eq!(many.ways(16, |_| String::new()).len(), 16);
     }
 }
