@@ -298,7 +298,9 @@ impl WorkCell {
             aligned?;
             self.experience.is_camera_aligned = true;
         }
-        Ok(self.scripts.context().look()?)
+        self.scripts.context().look()?;
+        self.experience.has_looked = true;
+        Ok(())
     }
 
     /// Fits the three regressions anew: camera alignment, intrinsics, robot offset.
@@ -309,6 +311,7 @@ impl WorkCell {
     pub fn align(&mut self) -> Result<(), Error> {
         self.experience.is_camera_aligned = false;
         self.experience.is_robot_aligned = false;
+        self.experience.has_looked = false;
         self.perceive()?;
         self.align_robot()
     }

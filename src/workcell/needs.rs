@@ -74,7 +74,7 @@ impl WorkCell {
         let Some(first) = likeliest.first().and_then(|pg| pg.steps.first()) else {
             return Ok(());
         };
-        let has_looked = self.experience.is_camera_aligned;
+        let has_looked = self.experience.has_looked;
         let scene = self.model.cell.scene.clone();
         let reader = Reader::new(&mut self.scripts, &self.setup.library, &scene, &state);
         let root = &graph.root().path;

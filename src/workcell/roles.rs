@@ -60,6 +60,8 @@ impl Model {
 #[derive(Default)]
 pub(super) struct Experience {
     pub(super) is_camera_aligned: bool,
+    /// Whether things were looked for through the camera as it is aligned: a look may have been stopped.
+    pub(super) has_looked: bool,
     pub(super) is_robot_aligned: bool,
     pub(super) learnt: Learnt,
     /// What actions remembered after each step of the last run.

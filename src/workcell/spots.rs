@@ -13,7 +13,7 @@ impl WorkCell {
     ///
     /// As [`Self::perceive`].
     pub fn spots(&mut self) -> Result<Vec<(String, Spot)>, Error> {
-        if !self.experience.is_camera_aligned {
+        if !self.experience.has_looked {
             self.perceive()?;
         }
         let state = self.state()?;

@@ -213,6 +213,9 @@ fn a_stop_while_perceiving_is_heard_before_everything_is_found() {
     assert_eq!((run.outcome, run.steps.len()), (Ending::Stopped, 0));
     assert_eq!(run.start, None, "nothing was found");
     assert_eq!(kept(&folder), run);
+    // "Nothing in the picture looks like it" was said of a jar that nobody had looked for.
+    cell.cancel().clear();
+    assert_eq!(cell.hindrance(&call("pour(jar, cup)")), None);
 }
 
 /// Whether nothing was spilt is not known during a run; the kitchen scales know at its end.
