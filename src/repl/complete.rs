@@ -2,6 +2,7 @@
 //! nothing here asks a device.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use rustyline::completion::{Completer, Pair};
 use rustyline::highlight::{CmdKind, Highlighter};
@@ -12,7 +13,7 @@ use rustyline::{Context, Result};
 
 use crate::language::assist::{self, CompletionKind, Place};
 use crate::language::ast::{ExprKind, Step};
-use crate::language::builtins::Ty;
+use crate::language::builtins::{self, Ty};
 use crate::language::script_words::words_of;
 use crate::language::{self, Library, Scope};
 use crate::report::Style;
@@ -20,6 +21,7 @@ use crate::teach::wording::WORDS;
 
 use super::commands::COMMANDS;
 use super::paint::{Known, paint};
+use super::table::SETTINGS;
 
 /// What may be typed, with what completion puts there.
 #[derive(Clone)]
@@ -32,6 +34,14 @@ pub(super) struct Helper {
     pub(super) steps: bool,
     /// The lines before this one, of a statement that is open.
     pub(super) open: String,
+}
+
+/// What could stand behind the name of a command.
+enum Behind {
+    /// One of these words, in place of the one that begins there.
+    Words(usize, Vec<Pair>),
+    /// Text of the language that begins there; whether it is a call, and no condition or step.
+    Language(usize, bool),
 }
 
 impl Helper {
@@ -66,34 +76,19 @@ impl Helper {
             });
             return (0, pairs.collect());
         }
-        // A command's argument is completed as if it stood alone.
-        let mut from = match before.chars().next() {
-            Some(':') => before.find(char::is_whitespace).map_or(0, |at| at + 1),
+        let mut is_call = false;
+        let from = match before.chars().next() {
+            Some(':') => match self.behind(before) {
+                Behind::Words(start, pairs) => return (start, pairs),
+                Behind::Language(from, only_call) => {
+                    is_call = only_call;
+                    from
+                }
+            },
             Some('?') => 1,
             Some('!') => return (pos, Vec::new()),
             _ => 0,
         };
-        if let Some(command) = before.strip_prefix(':') {
-            let name = command.split(char::is_whitespace).next().unwrap_or_default();
-            let Some(command) = COMMANDS.iter().find(|command| command.name == name) else {
-                return (pos, Vec::new());
-            };
-            let said = before[from..].trim_start();
-            let at = said.split(char::is_whitespace).count() - 1;
-            let begun = said.rsplit(char::is_whitespace).next().unwrap_or_default();
-            if !command.takes_language(at) {
-                let found = command.choices().filter(|word| word.starts_with(begun));
-                let pairs =
-                    found.map(|word| Pair { display: word.into(), replacement: word.into() });
-                return (pos - begun.len(), pairs.collect());
-            }
-            // The step before a call is no part of it.
-            if at > 0 && command.takes.split(' ').count() == 2 {
-                let first = before[from..].len() - said.len();
-                let first = from + first + said.find(char::is_whitespace).unwrap_or(0);
-                from = first + before[first..].len() - before[first..].trim_start().len();
-            }
-        }
         let asks = line.starts_with('?');
         if let Some((of, begun)) = before[from..].split_once('.').filter(|_| asks) {
             let found = words_of(of).filter(|word| word.name.starts_with(begun));
@@ -110,13 +105,14 @@ impl Helper {
             from + at + before[from + at..].chars().next().map_or(1, char::len_utf8)
         });
         let mut offers = assist::complete(&place);
-        if start == from && pos > from && offers.is_empty() {
+        if !is_call && start == from && pos > from && offers.is_empty() {
             // A question may stand alone here, as it may behind `check`.
             let text = format!("check {text}");
             let at = place.at + text.len() - place.text.len();
             offers = assist::complete(&Place { text: &text, at, ..place });
             offers.retain(|offer| offer.kind == CompletionKind::Fluent);
         }
+        offers.retain(|offer| !is_call || offer.kind != CompletionKind::Keyword);
         let pairs = offers.into_iter().map(|offer| {
             let doc = offer.doc.lines().next().unwrap_or_default().trim();
             let detail = if offer.detail.is_empty() { &offer.label } else { &offer.detail };
@@ -124,6 +120,78 @@ impl Helper {
             Pair { display, replacement: if asks { offer.label } else { offer.insert } }
         });
         (start, pairs.collect())
+    }
+
+    /// Tells what could stand behind the name of a command; `before` begins with its colon and reaches up to the place.
+    fn behind(&self, before: &str) -> Behind {
+        let end = before.len();
+        let (mut name, mut rest) = before[1..].split_once(char::is_whitespace).unwrap_or_default();
+        // `:set confirm none` is `:confirm none`.
+        if name == "set"
+            && let Some((setting, value)) = rest.trim_start().split_once(char::is_whitespace)
+            && SETTINGS.contains(&setting)
+        {
+            (name, rest) = (setting, value);
+        }
+        let Some(command) = COMMANDS.iter().find(|command| command.name == name) else {
+            return Behind::Words(end, Vec::new());
+        };
+        let said = rest.trim_start();
+        if name == "phrase" {
+            let behind_sentence = said.strip_prefix('"').and_then(|said| said.split_once('"'));
+            let call = behind_sentence.and_then(|(_, rest)| rest.trim_start().strip_prefix('='));
+            return match call {
+                Some(call) => Behind::Language(end - call.trim_start().len(), true),
+                None => Behind::Words(end, Vec::new()),
+            };
+        }
+        let at = said.split(char::is_whitespace).count() - 1;
+        let begun = said.rsplit(char::is_whitespace).next().unwrap_or_default();
+        let words = |found: Vec<Pair>| Behind::Words(end - begun.len(), found);
+        if command.takes_names() {
+            let names = self.names(command.takes.contains("FLUENT")).into_iter();
+            return words(
+                names
+                    .filter(|name| name.starts_with(begun))
+                    .map(|name| {
+                        let known =
+                            assist::describe(&self.library, &self.scope, name).unwrap_or_default();
+                        let display = known.lines().next().unwrap_or(name).to_owned();
+                        Pair { display, replacement: name.to_owned() }
+                    })
+                    .collect(),
+            );
+        }
+        if !command.takes_language(at) {
+            let found = command.choices().filter(|word| word.starts_with(begun));
+            return words(
+                found.map(|word| Pair { display: word.into(), replacement: word.into() }).collect(),
+            );
+        }
+        // The step before a call is no part of it.
+        let has_first = at > 0 && command.takes.split(' ').count() == 2;
+        let language = match said.split_once(char::is_whitespace) {
+            Some((_, second)) if has_first => second.trim_start(),
+            _ => said,
+        };
+        Behind::Language(end - language.len(), command.takes_call(at))
+    }
+
+    /// Returns the names of tasks and actions, and those of what is true or false where it is `also_asked`.
+    fn names(&self, also_asked: bool) -> BTreeSet<&str> {
+        let mut names = BTreeSet::new();
+        for callable in self.library.callables() {
+            names.insert(callable.name());
+        }
+        if also_asked {
+            let is_condition =
+                |function: &&builtins::Builtin| Ty::named(function.result) == Ty::Bool;
+            names.extend(self.library.fluents().map(|(fluent, _)| fluent.name.text.as_str()));
+            names.extend(
+                builtins::FUNCTIONS.iter().filter(is_condition).map(|function| function.name),
+            );
+        }
+        names
     }
 
     /// Whether a call gives objects of this scene for its objects; a line that is no single call names none.
@@ -272,6 +340,18 @@ mod tests {
         assert_eq!(offered(":fork 3 po"), (8, vec!["pour(".into()]));
         assert_eq!(offered(":why vis"), (5, vec!["visible(".into()]));
         assert_eq!(offered(":confirm r"), (9, vec!["risky".into()]));
+        assert_eq!(offered(":set c"), (5, vec!["confirm".into()]));
+        let when = ["all", "risky", "none"].map(str::to_owned);
+        assert_eq!(offered(":set confirm "), (13, when.to_vec()));
+        assert_eq!(offered(":set dose filled(ja"), (17, vec!["jar".into()]));
+        assert_eq!(offered(":quiz po"), (6, vec!["pour".into()]));
+        assert_eq!(offered(":quiz vis"), (6, vec!["visible".into()]));
+        assert_eq!(offered(":break gras"), (7, vec!["grasp".into()]));
+        assert_eq!(offered(":phrase \"empty the {o}\" = po"), (26, vec!["pour(".into()]));
+        assert_eq!(offered(":phrase \"empty po"), (17, Vec::new()));
+        // What begins an item or a step is no call, and neither is what is asked.
+        assert_eq!(offered(":graph vis"), (7, Vec::new()));
+        assert!(offered(":graph ").1.iter().all(|offer| offer.ends_with('(')));
         let (start, found) = offered("put(jar, at: ");
         assert_eq!(start, 13);
         assert!(

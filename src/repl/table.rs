@@ -19,18 +19,34 @@ impl Command {
     }
 
     /// Whether its argument of that place, from 0, is of the language, and completed as if it stood alone: a call, a
-    /// condition, the name of a task. A step is a number, but where one is to be paused before.
+    /// condition, a value.
     pub(super) fn takes_language(&self, at: usize) -> bool {
-        let mut takes = self.takes.split(' ');
-        let takes = takes.nth(at).or_else(|| self.takes.split(' ').next_back()).unwrap_or_default();
-        let known = ["CALL", "TASK", "FLUENT", "VALUE"];
-        self.name == "break" || known.iter().any(|word| takes.contains(word))
+        let known = ["CALL", "FLUENT", "VALUE"];
+        known.iter().any(|word| self.taken(at).contains(word))
     }
 
-    /// The words that it takes one of, if it does: `all|risky|none`.
+    /// Whether its argument of that place, from 0, is a call and no other line of the language.
+    pub(super) fn takes_call(&self, at: usize) -> bool {
+        self.taken(at).contains("CALL")
+    }
+
+    /// Whether it takes bare names, of what is called or asked: nothing stands in brackets behind them. A step is a number, but
+    /// where one is to be paused before.
+    pub(super) fn takes_names(&self) -> bool {
+        self.name == "break" || self.takes.contains("TASK")
+    }
+
+    fn taken(&self, at: usize) -> &'static str {
+        let mut takes = self.takes.split(' ');
+        takes.nth(at).or_else(|| self.takes.split(' ').next_back()).unwrap_or_default()
+    }
+
+    /// The words that it takes one of, if it does: `all|risky|none`, the settings.
     pub(super) fn choices(&self) -> impl Iterator<Item = &'static str> {
+        let settings: &[&str] = if self.name == "set" { SETTINGS } else { &[] };
         let is_list = self.takes.chars().all(|c| c.is_ascii_lowercase() || c == '|');
-        self.takes.split('|').filter(move |word| is_list && !word.is_empty())
+        let listed = self.takes.split('|').filter(move |word| is_list && !word.is_empty());
+        settings.iter().copied().chain(listed)
     }
 }
 
@@ -41,6 +57,9 @@ pub(super) const fn command(
 ) -> Command {
     Command { name, takes, what }
 }
+
+/// The settings of `:set`, each a command of its own as well.
+pub(super) const SETTINGS: &[&str] = &["confirm", "seed"];
 
 /// Every command, in the order of `:help`.
 pub(super) const COMMANDS: &[Command] = &[

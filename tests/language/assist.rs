@@ -41,6 +41,11 @@ fn what_may_begin_ends_or_follow_is_offered() {
     assert_eq!(offers("check vis¦"), ["visible"]);
     assert!(offers("task t(o: Con¦").contains(&"Container".to_owned()));
     assert!(offers("lift(jar, by: 12 ¦").contains(&"cm".to_owned()));
+    assert_eq!(offers("pour(jar, cup, 150 m¦"), ["mL"]);
+    assert_eq!(offers("pour(jar, cup, amount: 150 ¦"), ["mL", "L"]);
+    assert_eq!(offers("pour(jar, cup, amount: filled(jar) - 15 m¦"), ["mL"]);
+    // What is divided by may be of any kind.
+    assert!(offers("pour(jar, cup, filled(jar) / 15 m¦").contains(&"mm".to_owned()));
     let ways = ["level_side", "tilted_side", "from_above", "turned_first"];
     assert_eq!(offers("pick(jar) via ¦"), ways);
     assert_eq!(offers("task ¦"), [""; 0]);

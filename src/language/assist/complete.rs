@@ -56,18 +56,28 @@ enum Context {
     Top,
     /// A condition or a value.
     Value,
-    /// The argument of a call: what is called, which argument, whether its name stands before.
-    Argument(String, usize, Option<String>),
+    /// The argument of a call.
+    Argument(Given),
     /// A type.
     Type,
     /// A branch of the call before.
     Branch(String),
-    /// Behind a number.
-    Unit,
+    /// Behind a number, that of an argument where it is all there is of one.
+    Unit(Option<Given>),
     /// A sentence is under way, which names things.
     Sentence,
     /// A name that the writer makes up, or a text.
     Nothing,
+}
+
+/// An argument that is being typed.
+struct Given {
+    /// What is called.
+    call: String,
+    /// Which argument, from 0.
+    at: usize,
+    /// Its name, where that stands before it.
+    name: Option<String>,
 }
 
 /// Returns what could stand at a place, those that fit its type first.
@@ -136,7 +146,7 @@ fn given<'t>(code: &[Token], text: &'t str) -> Vec<&'t str> {
 /// Returns whether what stands after these tokens is asked, not done: an action may have the name of
 /// something that is measured.
 pub(super) fn is_asked(before: &[Token], text: &str) -> bool {
-    matches!(context(before, text), Context::Value | Context::Argument(..))
+    matches!(context(before, text), Context::Value | Context::Argument(_))
 }
 
 /// Tells from the tokens before a place what may stand there.
@@ -144,18 +154,26 @@ fn context(code: &[Token], text: &str) -> Context {
     let said = |i: usize| code.get(i).map_or("", |token: &Token| token.text(text));
     let Some(last) = code.len().checked_sub(1) else { return Context::Top };
     let open = called::open_bracket(code);
+    let call = called::around(code, text);
+    let argument = |call: &called::Around| Given {
+        call: said(call.name).to_owned(),
+        at: call.argument,
+        name: (said(call.start + 1) == ":").then(|| said(call.start).to_owned()),
+    };
     if code[last].kind == Kind::Number {
-        return Context::Unit;
+        // What is multiplied or compared may be of any kind.
+        let is_whole = matches!(said(last.wrapping_sub(1)), "(" | "," | ":" | "|" | "+" | "-");
+        let call = call.filter(|call| is_whole && !called::defines(code, call.name, text));
+        return Context::Unit(call.as_ref().map(argument));
     }
-    if let Some(call) = called::around(code, text) {
+    if let Some(call) = call {
         if called::defines(code, call.name, text) {
             return if said(last) == ":" { Context::Type } else { Context::Nothing };
         }
         if operand_ends(said(last), code[last].kind) {
             return Context::Nothing;
         }
-        let named = (said(call.start + 1) == ":").then(|| said(call.start).to_owned());
-        return Context::Argument(said(call.name).to_owned(), call.argument, named);
+        return Context::Argument(argument(&call));
     }
     match said(last) {
         "via" => {
@@ -231,11 +249,15 @@ impl Finder<'_> {
                 self.objects(None);
                 self.keywords(&["not", "true", "false"]);
             }
-            Context::Argument(name, at, named) => self.argument(name, *at, named.as_deref()),
+            Context::Argument(given) => self.argument(given),
             Context::Type => self.types(),
             Context::Branch(name) => self.branches(name),
-            Context::Unit => {
-                for (name, ..) in crate::units::UNITS {
+            Context::Unit(given) => {
+                let wanted = given.as_ref().and_then(|given| self.wanted(given));
+                for (name, _, dimension) in crate::units::UNITS {
+                    if matches!(&wanted, Some(Ty::Quantity(wanted)) if wanted != dimension) {
+                        continue;
+                    }
                     let doc = words::unit(name).unwrap_or_default();
                     self.offer(name, CompletionKind::Unit, &doc, "", name);
                 }
@@ -317,13 +339,13 @@ impl Finder<'_> {
         }
     }
 
-    /// Values for one argument, then the names of the parameters not yet given.
-    fn argument(&mut self, name: &str, at: usize, named: Option<&str>) {
+    /// Returns name and type of each parameter of what is called.
+    fn params(&self, name: &str) -> Vec<(String, String)> {
         let library = self.place.library;
         let callable = library.callable(name).map(|(callable, _)| callable.params().to_vec());
         let own =
             callable.or_else(|| library.fluent(name).map(|(fluent, _)| fluent.params.clone()));
-        let params: Vec<(String, String)> = match own {
+        match own {
             Some(params) => {
                 params.iter().map(|p| (p.name.text.clone(), p.ty.text.clone())).collect()
             }
@@ -331,13 +353,22 @@ impl Finder<'_> {
                 let all = function.params.iter();
                 all.map(|(name, ty)| ((*name).to_owned(), (*ty).to_owned())).collect()
             }),
-        };
-        let param = match named {
+        }
+    }
+
+    /// Returns the type that an argument is to have, if there is such an argument.
+    fn wanted(&self, given: &Given) -> Option<Ty> {
+        let params = self.params(&given.call);
+        let param = match &given.name {
             Some(named) => params.iter().find(|(name, _)| name == named),
-            None => params.get(at),
+            None => params.get(given.at),
         };
-        let Some((_, ty)) = param else { return };
-        let ty = Ty::named(ty);
+        param.map(|(_, ty)| Ty::named(ty))
+    }
+
+    /// Values for one argument, then the names of the parameters not yet given.
+    fn argument(&mut self, given: &Given) {
+        let Some(ty) = self.wanted(given) else { return };
         self.locals(Some(&ty));
         self.objects(Some(&ty));
         match ty {
@@ -345,8 +376,8 @@ impl Finder<'_> {
             Ty::Place => self.places(),
             _ => {}
         }
-        if named.is_none() {
-            for (name, ty) in params.iter().skip(at) {
+        if given.name.is_none() {
+            for (name, ty) in self.params(&given.call).iter().skip(given.at) {
                 let label = format!("{name}:");
                 let detail = format!("{name}: {ty}");
                 let insert = format!("{name}: ");
