@@ -240,9 +240,21 @@ fn room(error: &io::Error) -> (&'static str, Option<&'static str>) {
     ("make room", None)
 }
 
+/// What would help where the arm does not get at a thing.
+fn brought_nearer(object: &str, short: &workcell::Short) -> String {
+    use workcell::Short;
+    match short {
+        Short::By(_) => format!("move `{object}` nearer to the arm"),
+        Short::AtEnd(joint) => format!("move `{object}` to where `{joint}` need not go so far"),
+        Short::NotTurned => {
+            format!("move `{object}`, or mount the hand so that the arm can point it level or down")
+        }
+    }
+}
+
 /// Words why a verb of the cell could not be done.
 pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
-    use workcell::{Error, Short};
+    use workcell::Error;
     let words = error.to_string();
     match error {
         Error::Text(wrong) => texts_failure(&wrong.iter().map(|(d, s)| (d, s)).collect::<Vec<_>>(), style),
@@ -279,18 +291,12 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
             .at(object.clone())
             .help("clear the view and try again; nothing has moved towards it"),
         Error::OutOfReach { object, short, .. } => {
-            let help = match short {
-                Short::By(_) => format!("move `{object}` nearer to the arm"),
-                Short::AtEnd(joint) => {
-                    format!("move `{object}` to where `{joint}` need not go so far")
-                }
-                Short::NotTurned => format!(
-                    "move `{object}`, or mount the hand so that the arm can point it level or down"
-                ),
-            };
             let failure = Failure::no("plan::out_of_reach", words).at(object.clone());
-            failure.help(format!("{help}; nothing has moved"))
+            failure.help(format!("{}; nothing has moved", brought_nearer(object, short)))
         }
+        Error::OffTable { object, .. } => Failure::no("run::off_table", words)
+            .at(object.clone())
+            .help("name a place on the table, away from its edge; nothing has moved"),
         Error::NoRoom { target, room, .. } => {
             let less = (0.9e6 * room).floor();
             Failure::no("run::no_room", words)

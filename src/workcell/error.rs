@@ -9,7 +9,7 @@ use crate::graph;
 use crate::http::Trouble;
 use crate::lab;
 use crate::language::{Diagnostic, Source};
-use crate::trace::StepFailure;
+use crate::trace::{OffTable, StepFailure};
 
 use super::stdlib;
 
@@ -65,6 +65,14 @@ pub enum Error {
         is_filled: bool,
         /// What is wanting.
         short: Short,
+    },
+    /// An object is to stand at a point that is off the table; nothing has moved.
+    #[error("`{object}` cannot stand at that point: {off}")]
+    OffTable {
+        /// Which.
+        object: String,
+        /// Where, and what the table is.
+        off: OffTable,
     },
     /// More is to be poured than goes in; nothing has moved.
     #[error("`{target}` has room for {:.0} mL and runs over beyond; {:.0} mL were to be poured", 1e6 * .room, 1e6 * .amount)]

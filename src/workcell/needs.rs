@@ -2,10 +2,10 @@
 
 use crate::execution::reader::Reader;
 use crate::fluent::Reading;
-use crate::graph::Graph;
-use crate::language::ast::{BinaryOp, Call, Expr, ExprKind};
+use crate::graph::{Graph, Node, NodeKind};
+use crate::language::ast::{Arg, BinaryOp, Call, Expr, ExprKind};
 use crate::language::text;
-use crate::trace::Why;
+use crate::trace::{OffTable, Why};
 use crate::units::Quantity;
 
 use super::error::Short;
@@ -62,9 +62,35 @@ impl WorkCell {
     /// stands in the way of nothing before the first look at the table; what is in the hand is known without one. What
     /// would help stands behind it.
     pub fn hindrance(&mut self, call: &Call) -> Option<String> {
-        let checked = self.graph(call).and_then(|graph| self.check_needs(&graph));
+        let checked = self.graph(call).and_then(|graph| {
+            self.check_places(&graph)?;
+            self.check_needs(&graph)
+        });
         let error = checked.err()?;
         Some(error.first().map_or_else(|| error.to_string(), |first| format!("{error}; {first}")))
+    }
+
+    /// Refuses a call that has something stand at a point far off the table, whichever way it is done: that needs neither a
+    /// look nor a simulated plan. How near to the edge a thing may stand is left to those.
+    pub(super) fn check_places(&self, graph: &Graph) -> Result<(), Error> {
+        let scene = self.scene();
+        // What stands on the table and reaches over its edge may bear another.
+        let widest = scene.objects.iter().map(|object| object.shape.outer_radius());
+        let over = widest.fold(0.0, f64::max);
+        for part in promised(graph, graph.root()).into_iter().flat_map(parts) {
+            let (Some(("rests_on", object)), Some(place)) = (about(part), argument(part, 1)) else {
+                continue;
+            };
+            let (Some(x), Some(y)) = (coordinate(place, "x", 0), coordinate(place, "y", 1)) else {
+                continue;
+            };
+            if !scene.table.holds(x, y, -over) {
+                let [low, _, high, _] = scene.table.corners();
+                let off = OffTable { at: Some([x, y]), table: [low, high], edge: 0.0 };
+                return Err(Error::OffTable { object, off });
+            }
+        }
+        Ok(())
     }
 
     /// Says which of the call's own needs is false now; what nobody knows does not stand in the way.
@@ -179,6 +205,37 @@ fn parts(condition: &Expr) -> Vec<&Expr> {
 fn argument(fluent: &Expr, place: usize) -> Option<&Expr> {
     let ExprKind::Call(call) = &fluent.kind else { return None };
     call.args.get(place)?.values.first()
+}
+
+/// Returns what a node promises whichever branches are taken below it.
+fn promised<'g>(graph: &'g Graph, node: &'g Node) -> Vec<&'g Expr> {
+    match &node.kind {
+        NodeKind::And(and) => {
+            let below = and.children.iter().flat_map(|child| promised(graph, graph.node(*child)));
+            and.causes.gives.iter().chain(below).collect()
+        }
+        NodeKind::Terminal(terminal) => terminal.causes.gives.iter().collect(),
+        NodeKind::Or(_) => Vec::new(),
+    }
+}
+
+/// Returns a coordinate of a place that is `point(x, y)` with numbers, m, by its name or its place, from 0.
+fn coordinate(place: &Expr, name: &str, at: usize) -> Option<f64> {
+    let ExprKind::Call(call) = &place.kind else { return None };
+    if call.name.text != "point" {
+        return None;
+    }
+    let is_named = |arg: &&Arg| arg.name.as_ref().is_some_and(|own| own.text == name);
+    let by_place = || call.args.get(at).filter(|arg| arg.name.is_none());
+    number(call.args.iter().find(is_named).or_else(by_place)?.values.first()?)
+}
+
+fn number(expr: &Expr) -> Option<f64> {
+    match &expr.kind {
+        ExprKind::Literal(quantity) => Some(quantity.value),
+        ExprKind::Negate(inner) => number(inner).map(|value| -value),
+        _ => None,
+    }
 }
 
 fn is_call(fluent: &Expr, name: &str) -> bool {

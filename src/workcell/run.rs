@@ -152,6 +152,7 @@ impl WorkCell {
             let percent = self.controls.dial.percent();
             self.audience.note(&wording::slowed(percent));
         }
+        self.check_places(&graph)?;
         self.probe_model(&graph, run)?;
         self.audience.phase("perceive", wording::perceiving());
         // What the call needs and does not find is said before the arm moves for regression 3.

@@ -58,6 +58,24 @@ fn an_unknown_name_is_told_with_the_nearest_or_the_known_ones() {
             "known are: cup, jar, table",
         ),
         (
+            "put(jar, at: left_of(cup, up))",
+            "task::unknown_name",
+            "there is no view `up`",
+            "known are: robot, camera",
+        ),
+        (
+            "approach(jar, tpo)",
+            "task::unknown_name",
+            "there is no face `tpo`",
+            "did you mean `top`?",
+        ),
+        (
+            "put(jar, at: 5 cm)",
+            "task::type",
+            "`at` is a place, and `5 cm` is a length",
+            "name a thing, a place beside one such as `left_of(cup)`, or a point of the table such as `point(50 cm, -20 cm)`",
+        ),
+        (
             "puor(jar, cup)",
             "task::unknown_name",
             "there is no task or action `puor`",

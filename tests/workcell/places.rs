@@ -196,5 +196,7 @@ fn a_point_off_the_table_is_said_to_be_off_it() {
         let call = cell.define(&source, &[step.unwrap()]);
         let error = cell.run(&call, None, Box::new(Nobody)).unwrap_err().to_string();
         assert!(error.contains(said) && error.contains("the table is from x ="), "{error}");
+        // What is far off is known without a simulated plan.
+        assert_eq!(error.contains("simulated plans"), x == "109 cm", "{error}");
     }
 }

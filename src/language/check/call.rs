@@ -1,7 +1,7 @@
 //! Arguments against parameters: how many, of which name, type and unit.
 
 use super::super::ast::{Arg, BinaryOp, Call, Expr, ExprKind, Param, Span};
-use super::super::builtins::Ty;
+use super::super::builtins::{self, Ty};
 use super::super::diagnostic::Diagnostic;
 use super::super::library::Callable;
 use super::super::text;
@@ -28,16 +28,18 @@ impl Checker<'_> {
         let mut incomplete = false;
         let mut things: Vec<(&str, &str)> = Vec::new();
         for arg in &call.args {
-            let types: Vec<Ty> = arg.values.iter().map(|value| self.expr(value, names)).collect();
+            let at = match &arg.name {
+                Some(name) => slots.iter().position(|slot| slot.name == name.text),
+                None => taken.iter().position(|taken| !taken),
+            };
+            let wanted = at.map(|at| &slots[at].ty);
+            let typed = arg.values.iter().map(|value| self.argument(value, wanted, names));
+            let types: Vec<Ty> = typed.collect();
             // An argument that could not be read may have been any of them.
             if arg.values.iter().any(|value| value.kind == ExprKind::Bad) {
                 incomplete = true;
                 continue;
             }
-            let at = match &arg.name {
-                Some(name) => slots.iter().position(|slot| slot.name == name.text),
-                None => taken.iter().position(|taken| !taken),
-            };
             let Some(at) = at else {
                 incomplete |= arg.name.is_some();
                 self.extra_argument(call, arg, slots);
@@ -83,6 +85,31 @@ impl Checker<'_> {
                 .help(format!("write {}", signature(&call.name.text, slots))),
             );
         }
+    }
+
+    /// Works out the type of an argument. Where only a few words fit, a name that nothing has is no object that is missing, and
+    /// those words are what would help.
+    fn argument(&mut self, value: &Expr, wanted: Option<&Ty>, names: &Names) -> Ty {
+        let kind = match wanted {
+            Some(Ty::Face) => "Face",
+            Some(Ty::View) => "View",
+            _ => return self.expr(value, names),
+        };
+        let ExprKind::Name(name) = &value.kind else { return self.expr(value, names) };
+        let is_known = name == "any"
+            || names.contains_key(name)
+            || self.scope.objects.contains_key(name)
+            || builtins::constant(name).is_some()
+            || builtins::function(name).is_some()
+            || self.library.fluent(name).is_some()
+            || self.library.callable(name).is_some();
+        if is_known {
+            return self.expr(value, names);
+        }
+        let fitting = builtins::CONSTANTS.iter().filter(|(_, ty, _)| *ty == kind);
+        let fitting: Vec<&str> = fitting.map(|(name, ..)| *name).collect();
+        self.unknown(name, value.span, &kind.to_lowercase(), &fitting);
+        Ty::Any
     }
 
     /// Tells of `1,5 mL`, which is two arguments, where a quantity with a unit is wanted.
@@ -288,6 +315,15 @@ impl Checker<'_> {
             }
             (Ty::Face, _) => found.help("write `side` or `top`"),
             (Ty::View, _) => found.help("write `robot` or `camera`"),
+            (Ty::Place, _) => {
+                let thing = self.scope.objects.iter().find(|(_, ty)| *ty != "Surface");
+                let beside = thing.map_or_else(String::new, |(thing, _)| {
+                    format!(", a place beside one such as `left_of({thing})`")
+                });
+                found.help(format!(
+                    "name a thing{beside}, or a point of the table such as `point(50 cm, -20 cm)`"
+                ))
+            }
             _ => found,
         };
         self.tell(found);
