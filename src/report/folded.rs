@@ -1,5 +1,8 @@
 //! Long lines folded at blanks, so that a terminal does not cut words. What a line says is its caller's.
 //!
+//! The rows of a table stay rows: their first column loses the room that it does not need, and where that is not enough, each
+//! row has it on a line of its own, with the other columns below.
+//!
 //! How wide the terminal is it says itself, each time, for a person may change it. What goes to a file or to another
 //! program is left as it is.
 
@@ -13,6 +16,8 @@ const COLUMNS: usize = 80;
 /// Columns of the narrowest terminal that is folded for. Chosen: a word and the indentation before it have room.
 #[cfg(unix)]
 const NARROWEST: usize = 20;
+/// What stands below a row's first column is so far to the right of it.
+const BELOW: usize = 4;
 /// What stands in columns begins at most so far to the right; further on two blanks only part sentences.
 const HANGING: usize = 28;
 
@@ -36,7 +41,69 @@ pub(super) fn sentences(text: &str, columns: Option<usize>) -> String {
 
 /// Folds what the terminal would cut, if it is one.
 pub(super) fn fitted(text: &str, columns: Option<usize>) -> Cow<'_, str> {
-    columns.map_or(Cow::Borrowed(text), |columns| Cow::Owned(folded(text, columns)))
+    columns.map_or(Cow::Borrowed(text), |columns| {
+        Cow::Owned(folded(&with_narrow_tables(text, columns), columns))
+    })
+}
+
+/// Makes the tables of a text narrower that are wider than the terminal.
+fn with_narrow_tables(text: &str, columns: usize) -> String {
+    let lines: Vec<&str> = text.split('\n').collect();
+    let mut narrow: Vec<String> = Vec::new();
+    let same = |a: &&str, b: &&str| indent(&visible(a)) == indent(&visible(b));
+    for block in lines.chunk_by(same) {
+        match narrower(block, columns) {
+            Some(rows) => narrow.extend(rows),
+            None => narrow.extend(block.iter().map(|line| (*line).to_owned())),
+        }
+    }
+    narrow.join("\n")
+}
+
+/// Returns lines that are rows of a table, narrower; `None` where they are none, or fit already, or would not fit so either.
+fn narrower(rows: &[&str], columns: usize) -> Option<Vec<String>> {
+    let shown: Vec<Vec<(usize, char)>> = rows.iter().map(|row| visible(row)).collect();
+    let widest = shown.iter().map(Vec::len).max().filter(|widest| *widest > columns)?;
+    let is_blank =
+        |column: usize| shown.iter().all(|row| row.get(column).is_none_or(|(_, c)| *c == ' '));
+    let indent = indent(&shown[0]);
+    // The second column: two blanks stand before it in every row.
+    let second = (indent + 3..widest)
+        .find(|at| is_blank(at - 2) && is_blank(at - 1) && !is_blank(*at))
+        .filter(|at| rows.len() > 1 && *at > HANGING)?;
+    let first_ends = (indent..second).rev().find(|at| !is_blank(*at))? + 1;
+    let squeezed = first_ends + 2;
+    let is_squeezed = widest - (second - squeezed) <= columns;
+    if !is_squeezed && indent + BELOW + widest - second > columns {
+        return None;
+    }
+    let row = |(text, shown): (&&str, &Vec<(usize, char)>)| {
+        let Some((from, _)) = shown.get(second) else { return (*text).to_owned() };
+        let (head, rest) = text.split_at(*from);
+        if is_squeezed {
+            let (head, blanks) = head.split_at(shown[squeezed].0);
+            // What sets a colour may stand among them.
+            return format!("{head}{}{rest}", blanks.replace(' ', ""));
+        }
+        format!("{}\n{}{rest}", head.trim_end(), " ".repeat(indent + BELOW))
+    };
+    Some(rows.iter().zip(&shown).map(row).collect())
+}
+
+/// Returns the characters of a text that take a column, with the byte each begins at: what sets a colour takes none.
+fn visible(text: &str) -> Vec<(usize, char)> {
+    let mut is_colour = false;
+    let takes_column = |(_, c): &(usize, char)| {
+        let is_part = is_colour || *c == '\x1b';
+        is_colour = is_part && *c != 'm';
+        !is_part
+    };
+    text.char_indices().filter(takes_column).collect()
+}
+
+/// Returns how many blanks a line begins with.
+fn indent(shown: &[(usize, char)]) -> usize {
+    shown.iter().take_while(|(_, c)| *c == ' ').count()
 }
 
 /// Folds every line of a text that is too long; what is folded begins where the last column of its line does.
@@ -71,18 +138,9 @@ fn line(text: &str, columns: usize) -> String {
     folded
 }
 
-/// Returns how many columns a text takes: what sets a colour takes none.
+/// Returns how many columns a text takes.
 fn width(text: &str) -> usize {
-    let mut is_colour = false;
-    let mut columns = 0;
-    for c in text.chars() {
-        match c {
-            '\x1b' => is_colour = true,
-            _ if is_colour => is_colour = c != 'm',
-            _ => columns += 1,
-        }
-    }
-    columns
+    visible(text).len()
 }
 
 /// Returns where the text behind a line's first word begins, if it stands in a column of its own; else the indentation.
@@ -116,6 +174,36 @@ mod tests {
         let path = "x".repeat(120);
         assert_eq!(folded(&path, 80), path);
     }
+
+    /// A row's cells were folded into the lines of the next one.
+    #[test]
+    fn a_table_stays_one_on_a_narrow_terminal() {
+        let row = |name: &str, cells: [&str; 4]| {
+            let [expected, twin, measured, margin] = cells;
+            let line = format!("    {name:<40} {expected:<8} {twin:<4} {measured:<8} {margin}");
+            line.trim_end().to_owned()
+        };
+        let table = |name: &str| {
+            let head = row("fluent", ["expected", "twin", "measured", "margin"]);
+            let wrong = row(name, ["yes", "yes", "no", "+12.5 mm"]);
+            let right = row("held(jar)", ["", "yes", "yes", ""]);
+            format!("✓  3  lift(jar)\n\x1b[2m{head}\x1b[0m\n\x1b[31m{wrong}\x1b[0m\n{right}\n")
+        };
+        let short = table("rests_on(jar, cup)");
+        let narrow = fitted(&short, Some(60)).into_owned();
+        assert_eq!(narrow.lines().count(), short.lines().count(), "{narrow}");
+        assert!(narrow.lines().all(|line| super::width(line) <= 60), "{narrow}");
+        assert!(narrow.contains("\x1b[31m    rests_on(jar, cup)  yes      yes  no       +12.5 mm"));
+        assert!(narrow.contains("\n    held(jar)                    yes  yes\n"), "{narrow}");
+        // A name that leaves no room has a line of its own, and so have the others.
+        let long = table("rests_on(jar, left_of(cup, camera))");
+        let narrow = fitted(&long, Some(60)).into_owned();
+        assert_eq!(narrow.lines().count(), 1 + 2 * 3, "{narrow}");
+        assert!(narrow.contains("    fluent\n        expected twin measured margin"), "{narrow}");
+        assert!(narrow.ends_with("\n    held(jar)\n                 yes  yes\n"), "{narrow}");
+        assert_eq!(fitted(&long, Some(100)), long);
+    }
+
     #[test]
     fn a_narrow_terminal_is_folded_for_and_a_file_is_not() {
         let long = format!("                    needs {}", "visible(jar) ".repeat(9).trim_end());
