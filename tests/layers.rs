@@ -70,7 +70,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("report", &["*"]),
     // A client of the run folders, the conductor and the words of `report`.
     ("page", &["http", "graph", "arm", "trace", "execution", "teach", "workcell", "report"]),
-    ("repl", &["language", "graph", "teach", "workcell", "report"]),
+    ("repl", &["units", "language", "graph", "teach", "workcell", "report"]),
     // An editor is told what `check` says.
     ("lsp", &["language", "workcell"]),
     // A command for one layer alone (`robot fk`, `align map`, `check`) asks that layer, without a cell.
