@@ -36,12 +36,13 @@ def main(reality_of, about):
     args.add_argument("--tell", action="store_true", help="print what was drawn")
     args.add_argument("--once", action="store_true", help="end with the first connection")
     args = args.parse_args()
+    build = lambda: reality_of(args.seed, args.seed if args.cell is None else args.cell, args.exact)
+    reality = build()  # before anybody is let in: `hello` is waited for 10 s, and a world may take longer on a busy machine
     listener = socket.create_server(("127.0.0.1", args.port))
     print(f"bridge://127.0.0.1:{listener.getsockname()[1]}", flush=True)
     while True:
         connection, _ = listener.accept()
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        reality = reality_of(args.seed, args.seed if args.cell is None else args.cell, args.exact)  # every connection begins anew
         if args.tell:
             print(json.dumps(reality.drawn()), flush=True)
         with connection, connection.makefile("rwb") as lines:
@@ -54,3 +55,4 @@ def main(reality_of, about):
                 lines.flush()
         if args.once:
             return
+        reality = build()  # every connection begins anew

@@ -326,7 +326,7 @@ impl Error {
                 "start the server first (an example: `examples/bridge/`), then name it `bridge://HOST:PORT`"
             }
             Self::Silent { request: "hello", .. } => {
-                "is another client connected? A server may take one at a time; else look at what it printed"
+                "does the server still build its world, or is another client connected? Look at what it printed, and try again"
             }
             Self::Unasked { .. } => {
                 "let the server send one line for every line, and none by itself"

@@ -4,9 +4,11 @@
 //! object are fixed. Links that no joint moves (the base) are not checked against obstacles, since no
 //! plan could change that. Distances are signed, m, negative by the depth of overlap.
 //!
-//! Here is what the world is made of and what is put into it; what is asked of it is `clearance`'s.
+//! Here is what the world is made of and what is put into it; what is asked of it is `clearance`'s, and how often an arm is
+//! near to itself `contacts`'s.
 
 mod clearance;
+mod contacts;
 
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -27,6 +29,7 @@ use crate::world::frame::{Base, Flange, Object, Pose};
 
 pub use clearance::Clearance;
 pub(super) use clearance::Pair;
+pub use contacts::{Contact, Contacts};
 
 /// Something that stands in the way.
 #[derive(Debug, Clone)]

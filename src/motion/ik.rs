@@ -3,17 +3,15 @@
 //! Arms with the Gen3's geometry have a [closed form](super::closed_form) with joint 3 free, which finds
 //! every solution of a sweep over joint 3. Arms whose axes meet or are parallel where it helps are
 //! taken apart (`decomposition`): all solutions of six joints, and of seven those of a sweep over one. Every other
-//! chain is solved numerically (`descent`) from many starts. A collision check is the caller's, by a filter.
+//! chain is solved numerically (`descent`) from many starts, inside the limits first and then past them too, since limits may
+//! bar the way to a solution inside them. A collision check is the caller's, by a filter.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-use rand::SeedableRng;
-use rand::rngs::StdRng;
-
 use super::closed_form::ClosedForm;
 use super::decomposition::Decomposition;
-use super::descent::{Give, descend, random_configuration};
+use super::descent::{Give, descend};
 use super::frames::Frame;
 use super::gate::Gate;
 use super::reserve::Reserve;
@@ -183,6 +181,9 @@ impl<'a> Solver<'a> {
         if search.found.is_empty() && !(search.outside && search.refused) {
             let restarts = self.restarts(options.restarts, search.refused);
             search.descend(target, options, restarts);
+            if search.found.is_empty() && !search.refused && !self.is_analytic() {
+                search.descend_past_limits(target, options, restarts);
+            }
         }
         if search.found.is_empty() {
             return Err(self.why_not(target, &search, near, options));
@@ -261,6 +262,18 @@ impl<'a> Solver<'a> {
         Some(q)
     }
 
+    /// Brings joint positions into the limits: each that turns at the turn nearest to the middle of its range, or else to the
+    /// nearer end.
+    pub(super) fn clamp(&self, q: &mut [f64]) {
+        for (x, span) in q.iter_mut().zip(&self.spans) {
+            let middle = 0.5 * (span.lower + span.upper);
+            if span.turns && middle.is_finite() {
+                *x = middle + wrap(*x - middle);
+            }
+            *x = x.clamp(span.lower, span.upper);
+        }
+    }
+
     /// Returns from how many starts the numerical method tries what a closed form did not find.
     fn restarts(&self, most: usize, refused: bool) -> usize {
         match (&self.closed_form, &self.decomposition) {
@@ -294,16 +307,9 @@ impl<'a> Solver<'a> {
         if search.refused {
             return Unreachable { reason: Reason::Collision, nearest: 0.0, is_turned: true };
         }
-        let mut outside = search.outside;
-        let mut free = near.to_vec();
-        let mut random = StdRng::seed_from_u64(options.seed);
-        for _ in 0..if outside || self.is_analytic() { 0 } else { 20 } {
-            outside |= descend(self.robot, target, &mut free, None, self.give);
-            free = random_configuration(self.robot, &mut random);
-        }
         let form = self.closed_form();
         let nearest = unreached::nearest(self.robot, form, target, near, options.seed);
-        let reason = if outside {
+        let reason = if search.outside {
             Reason::Limits
         } else if !nearest.is_turned && nearest.distance <= 0.0 {
             Reason::Orientation

@@ -268,6 +268,10 @@ fn a_server_that_hangs_up_or_is_another_is_told_apart() {
     let (place, _) = serve(|_| None);
     let closed = connect(&place, "robot", &JOINTS).err().unwrap();
     assert_eq!(closed, Error::Closed { request: "hello" });
+    // A server that builds its world for its first client was taken for one that another client holds.
+    let late = Error::Silent { request: "hello", within_s: 10.0 };
+    assert_eq!(late.to_string(), "the bridge did not answer `hello` within 10 s");
+    assert!(late.help().contains("build its world") && late.help().contains("try again"));
     let (place, _) = serve(|_| Some(hello().replace(r#""hello":1"#, r#""hello":2"#)));
     let version = connect(&place, "robot", &JOINTS).err().unwrap();
     assert_eq!(version, Error::Version { theirs: 2, ours: 1 });

@@ -11,6 +11,7 @@ pub mod plan;
 pub mod robot;
 pub mod finding;
 pub mod robot_check;
+mod robot_contacts;
 mod robot_reach;
 pub mod rows;
 pub mod see;

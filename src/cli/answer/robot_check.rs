@@ -9,6 +9,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::finding::{CheckAnswer, Finding, State, Use};
 use super::left_out::parts;
+use super::robot_contacts::near_itself;
 use super::robot_reach::{Reach, reach};
 use crate::execution::calibrate::DOUBT;
 use crate::motion::collision::{CollisionWorld, Obstacle};
@@ -215,6 +216,9 @@ impl List<'_> {
             self.wrong(("pairs", State::Assumed, Use::Planning), found, write);
         }
         let world = CollisionWorld::new(robot);
+        for (found, write) in near_itself(&world) {
+            self.wrong(("self_contact", State::Assumed, Use::Planning), found, write);
+        }
         for (name, q) in robot.poses().iter().filter(|(_, q)| q.len() == robot.n_joints()) {
             if let Ok(nearest) = world.clearance(q)
                 && nearest.distance <= 0.0
