@@ -205,9 +205,20 @@ impl Problem {
     /// Returns how little the numbers of a fit say for themselves, in -2 ln of the odds: what is left, by as many rows as are
     /// independent, and how far they are from the file's.
     pub(super) fn evidence(&self, fit: &Fit) -> f64 {
-        let left = self.train.iter().zip(&fit.weights).map(|(s, w)| s.rows / s.related * w.ln());
         let away = fit.x.iter().zip(&self.prior).filter(|(_, prior)| **prior > 0.0);
-        left.sum::<f64>() + away.map(|(x, prior)| (x / prior).powi(2)).sum::<f64>()
+        self.misfit(fit) + away.map(|(x, prior)| (x / prior).powi(2)).sum::<f64>()
+    }
+
+    /// Returns what a fit leaves, in -2 ln of the odds, by as many rows as are independent.
+    pub(super) fn misfit(&self, fit: &Fit) -> f64 {
+        let left = self.train.iter().zip(&fit.weights);
+        left.map(|(sums, weight)| sums.rows / sums.related * weight.ln()).sum()
+    }
+
+    /// Returns what one number of which nothing is known before costs by the information criterion (Schwarz, 1978), in -2 ln of the
+    /// odds.
+    pub(super) fn price(&self) -> f64 {
+        self.train.iter().map(|sums| sums.rows / sums.related).sum::<f64>().max(1.0).ln()
     }
 
     /// Returns the same for a torque sensor that shows `gain` times what there is.

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use nalgebra::DMatrix;
+
 use super::super::chain::Body;
 use super::super::wording;
 use super::body::{NAMES, NUMBERS, numbers, spread};
@@ -58,16 +60,30 @@ impl Freed {
         Some(Self { problem, list, has_load, changes, free, with })
     }
 
-    /// Returns which is to be taken of several: the likeliest. A load costs what its numbers do by the information criterion, and
-    /// links that would have to be far from the file's cost more.
+    /// Returns which is to be taken of several: the likeliest. Links that would have to be far from the file's cost more.
     pub(super) fn best(all: &[&Self]) -> Option<usize> {
-        let cost = |at: &usize| {
-            let freed = all[*at];
-            let rows: f64 = freed.problem.train.iter().map(|sums| sums.rows / sums.related).sum();
-            let numbers = if freed.has_load { LOAD.len() } else { 0 };
-            freed.problem.evidence(&freed.free) + numbers as f64 * rows.max(1.0).ln()
-        };
-        (0..all.len()).min_by(|a, b| cost(a).total_cmp(&cost(b)))
+        (0..all.len()).min_by(|a, b| all[*a].cost().total_cmp(&all[*b].cost()))
+    }
+
+    /// Returns how unlikely it is, in -2 ln of the odds, but for what so many numbers could have fitted. A load costs what its numbers
+    /// do by the information criterion.
+    fn cost(&self) -> f64 {
+        let numbers = if self.has_load { LOAD.len() } else { 0 };
+        self.problem.evidence(&self.free) + numbers as f64 * self.problem.price()
+    }
+
+    /// Returns how unlikely it is, in -2 ln of the odds: numbers of bodies cost what the recordings fitted narrow them to, of what
+    /// files are usually right by (MacKay, "Bayesian interpolation", 1992).
+    pub(super) fn unlikely(&self, parts: &Parts) -> f64 {
+        let (covariance, prior) = (&self.free.covariance, &self.problem.prior);
+        let fitted: Vec<usize> =
+            parts.bodies.clone().filter(|at| covariance[(*at, *at)] > 0.0).collect();
+        let narrowed = DMatrix::from_fn(fitted.len(), fitted.len(), |i, j| {
+            let (i, j) = (fitted[i], fitted[j]);
+            covariance[(i, j)] / (prior[i] * prior[j])
+        });
+        let narrowed = narrowed.symmetric_eigenvalues();
+        self.cost() - narrowed.iter().map(|part| part.max(f64::EPSILON).ln()).sum::<f64>()
     }
 
     /// Returns what there is to be explained, with what was fitted of it, whether the bodies could be or not.

@@ -2,8 +2,8 @@
 //!
 //! A torque that is read late looks like friction: what gravity changes while a joint turns is in proportion to its speed. Half a
 //! row and more is an effect with a name; less is how the rows were written, and is taken into account before any effect is
-//! looked for. It is fitted beside all numbers of the links and of the joints, for it is one for all joints and they are not, and taken only
-//! if the recordings held out say the same.
+//! looked for. It is fitted beside all numbers of the links and of the joints, for it is one for all joints and they are not, and beside a
+//! tilt of the base, which is one for all of them too; and taken only if the recordings held out say the same.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use super::super::explain::ArmGap;
 use super::super::term::{Law, Term};
 use super::body::NUMBERS;
 use super::columns::{Columns, problem};
-use super::fit::{BETTER, CREEPS, Parts, Problem};
+use super::fit::{BETTER, CREEPS, Parts, Problem, TILT};
 use super::of_joints;
 use crate::discovery::selection::{Residuals as _, Set};
 
@@ -46,7 +46,8 @@ pub(in super::super) fn late(gap: &ArmGap) -> Option<f64> {
     let without = problem([&[], &[]])?;
     // The file's links, unless others predict clearly better: each number that is fitted makes the delay less sure.
     let fit = |numbers: &[&Range<usize>]| without.fit(&parts.only(numbers));
-    let all = [&parts.bodies, &parts.joints];
+    let tilt = parts.named.end - TILT..parts.named.end;
+    let all = [&parts.bodies, &parts.joints, &tilt];
     let (free, bare) = (fit(&all)?, fit(&all[1..])?);
     let left = [&free, &bare].map(|fit| without.judged(&fit.x, &free.weights));
     let (free, numbers) =

@@ -46,7 +46,7 @@ use fit::{BETTER, Fit, OF_JOINT, Parts, Problem};
 use freed::Freed;
 use gains::Shown;
 use own::Links;
-use single::named;
+use single::{Named, named};
 
 pub(super) use beside::Beside;
 pub(super) use carried::{Carried, carried};
@@ -130,7 +130,13 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         }
         gains::shown(problem, &parts, list, without)
     };
+    let best = taken(freed)?;
+    let (left, unlikely) = (best.judged(&weights), best.unlikely(&parts));
+    // Where what is held out does not tell them apart, what was fitted does.
+    let stands =
+        |named: &Named| named.left <= (1.0 - NO_CHANCE) * left || named.unlikely <= unlikely;
     let named = named(&problem, &parts, bodies, &weights);
+    let named = named.into_iter().filter(stands).map(|named| named.left);
     // What was fitted of the joints may be worse than nothing, of what it was not fitted to.
     let as_filed = DVector::zeros(problem.prior.len());
     let [plain, loaded] = &lists;
@@ -143,8 +149,6 @@ pub(super) fn identified(gap: &ArmGap) -> Option<Numbers> {
         .chain([&bare.x, &as_filed].map(|x| problem.judged(x, &weights)))
         .chain(named)
         .fold(f64::INFINITY, f64::min);
-    let best = taken(freed)?;
-    let left = best.judged(&weights);
     let beside = beside::taken(shows);
     let left_beside = beside.as_ref().map_or(f64::INFINITY, |found| found.left(&weights));
     let apart = Apart::of(&problem, &parts, left.min(plainest).min(left_beside), &weights)?;
