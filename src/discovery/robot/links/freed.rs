@@ -73,7 +73,7 @@ impl Freed {
     }
 
     /// Returns how unlikely it is, in -2 ln of the odds: numbers of bodies cost what the recordings fitted narrow them to, of what
-    /// files are usually right by (MacKay, "Bayesian interpolation", 1992).
+    /// files are usually right by (`MacKay`, "Bayesian interpolation", 1992).
     pub(super) fn unlikely(&self, parts: &Parts) -> f64 {
         let (covariance, prior) = (&self.free.covariance, &self.problem.prior);
         let fitted: Vec<usize> =
