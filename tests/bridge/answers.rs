@@ -13,7 +13,7 @@ pub(super) fn connect(place: &str, robot: &str, joints: &[&str]) -> Result<Bridg
     bridge::connect(place, wanted(robot, joints), Cancel::default())
 }
 
-fn wanted(robot: &str, joints: &[&str]) -> Wanted {
+pub(super) fn wanted(robot: &str, joints: &[&str]) -> Wanted {
     let joint = |name: &&str| Joint {
         name: (*name).to_owned(),
         range: (-3.0, 3.0),
@@ -314,6 +314,8 @@ fn a_wish_to_stop_does_not_wait_for_an_answer() {
     let mut arm = bridge::connect(&place, wanted, cancel.clone()).unwrap().arm;
     let stopped = arm.wait(0.1, &cancel, &mut |_| {});
     assert_eq!(stopped, Err(DeviceError::Stopped));
+    // The stop was sent, and nobody knows yet that the arm holds.
+    assert!(arm.owes_stop());
     // What was not waited for comes before the next answer, and is not taken for it.
     cancel.clear();
     free.send(()).unwrap();
@@ -321,7 +323,7 @@ fn a_wish_to_stop_does_not_wait_for_an_answer() {
     assert!((here.time - 0.3).abs() < 1e-9, "{here:?}");
     let asked: Vec<String> = asked.lock().unwrap().iter().map(word).collect();
     assert_eq!(asked, ["hello", "feedback", "step", "stop", "feedback"]);
-    assert!(!arm.is_lost());
+    assert!(!arm.is_lost() && !arm.owes_stop());
 }
 
 /// The prompt said that lines move the arm again, over a connection that was lost.

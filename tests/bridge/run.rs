@@ -1,11 +1,19 @@
 //! A run over a bridge: the embedded laboratory, met as a stranger's simulator, gives the run it gives at home.
 
-use serde_json::{Value, json};
-use trueup::lab::LabSettings;
+use std::sync::mpsc;
 
+use serde_json::{Value, json};
+use trueup::arm::Cancel;
+use trueup::bridge;
+use trueup::lab::LabSettings;
+use trueup::report::{self, Style};
+use trueup::trace::Nobody;
+use trueup::workcell::{Devices, Ending, Options, WorkCell};
+
+use super::answers::wanted;
 use super::reality::{Reality, serve};
 use crate::program::Scratch;
-use crate::workcell::dry;
+use crate::workcell::{call, dry, plain};
 
 fn read(scratch: &Scratch, out: &str) -> Value {
     let _ = scratch;
@@ -75,6 +83,55 @@ fn a_bridge_that_refuses_all_while_the_arm_moves_leaves_a_run_with_its_step() {
     let interval = &step["interval_s"];
     assert!(interval[1].as_f64().unwrap() > interval[0].as_f64().unwrap() + 0.1, "{interval}");
     assert!(scratch.path(run["run_dir"].as_str().unwrap()).join("run.json").is_file());
+}
+
+/// The arm could not be moved any more: "the path begins 1.8 deg from where joint 6 is", whatever was called.
+#[test]
+fn after_a_stop_that_is_answered_late_the_next_motion_begins_where_the_arm_is() {
+    let (wish, (free, is_free)) = (Cancel::default(), mpsc::channel::<()>());
+    let mut reality = Reality::new(Some(dry()), plain().lab, 1);
+    let (cancel, mut begin, mut hangs) = (wish.clone(), Vec::<f64>::new(), true);
+    let (place, _) = serve(move |request| {
+        let answer = reality.answer(request);
+        if let Some(q) = request["step"]["q"].as_array() {
+            let q: Vec<f64> = q.iter().map(|q| q.as_f64().unwrap()).collect();
+            if begin.is_empty() {
+                begin.clone_from(&q);
+            }
+            let is_on_its_way = q.iter().zip(&begin).any(|(q, from)| (q - from).abs() > 0.1);
+            if is_on_its_way && std::mem::take(&mut hangs) {
+                wish.cancel();
+                let _ = is_free.recv();
+            }
+        }
+        Some(answer)
+    });
+    let options = Options { robot: "bridge".into(), scene: Some(dry()), ..plain() };
+    let mut home = Vec::new();
+    let mut cell = WorkCell::open_with(options, |robot, scene, _| {
+        home = robot.pose("home").unwrap().to_vec();
+        let names: Vec<&str> = robot.joints().iter().map(|joint| joint.name.as_str()).collect();
+        let wanted = wanted(&scene.robot, &names);
+        let bridged = bridge::connect(&place, wanted, cancel.clone()).unwrap();
+        let camera = Box::new(bridged.camera.unwrap());
+        let (arm, cancel) = (Box::new(bridged.arm), cancel.clone());
+        Ok(Devices { arm, camera, scales: None, limits: None, cancel })
+    })
+    .unwrap();
+    let run = cell.run(&call("pick(jar)"), None, Box::new(Nobody)).unwrap();
+    // Nothing says that the arm holds before it has answered.
+    assert_eq!((run.outcome, run.stop_unanswered), (Ending::Stopped, true));
+    let style = Style { json: false, quiet: true, verbose: false, colour: false, bars: false };
+    let said = report::run::ending(&run, style);
+    assert!(said.contains("asked to stop and has not answered yet"), "{said}");
+    let reason = run.steps.last().unwrap().reason.as_deref();
+    assert_eq!(reason, Some("asked to stop; the arm has not answered yet"));
+    free.send(()).unwrap();
+    cancel.clear();
+    let run = cell.run(&call("home()"), None, Box::new(Nobody)).unwrap();
+    assert_eq!((run.outcome, run.stop_unanswered), (Ending::Success, false), "{:?}", run.reason);
+    let q = &run.steps.last().unwrap().measured.q;
+    assert!(q.iter().zip(&home).all(|(q, home)| (q - home).abs() < 0.05), "{q:?}");
 }
 
 /// A device that fails while a recovery runs ended the call as a failure, code 1, and at the prompt lines went on moving the arm.
