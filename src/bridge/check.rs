@@ -182,8 +182,34 @@ fn in_other_units(told: &Told, request: &'static str, wanted: &Wanted) -> Option
     }
     let fits = |opening: f64| (-BELOW_NOTHING..=2.0 * widest).contains(&opening);
     if widest > 0.0 && !fits(told.opening) {
-        let probably = fits(told.opening / 1e3).then_some(Unit::Millimetres);
+        let probably = unit_of_opening(told.opening, widest);
         return other("opening", None, told.opening, (0.0, widest), probably);
     }
     None
+}
+
+/// Returns in which unit an opening is probably told that can be none in m, of fingers that open by `widest` m. They mostly stand open when a
+/// server is met first, so the widest in each unit is looked for before what else would fit.
+fn unit_of_opening(told: f64, widest: f64) -> Option<Unit> {
+    /// As near to the widest as this share of it fingers are that stand open: their zero may be off.
+    const NEAR: f64 = 0.1;
+    /// What the widest is in per cent and in a Robotiq's counts.
+    const PER_CENT: f64 = 100.0;
+    const COUNTS: f64 = 255.0;
+    let is_about = |most: f64| (told - most).abs() <= NEAR * most;
+    let is_within = |most: f64| (0.0..=most).contains(&told);
+    let (mm, twice_mm) = (widest * 1e3, 2.0 * widest * 1e3);
+    if is_within(1.0 + NEAR) {
+        Some(Unit::Fractions)
+    } else if is_about(mm) {
+        Some(Unit::Millimetres)
+    } else if is_about(PER_CENT) {
+        Some(Unit::PerCent)
+    } else if is_about(COUNTS) {
+        Some(Unit::Counts)
+    } else if is_within(twice_mm) {
+        Some(Unit::Millimetres)
+    } else {
+        is_within(COUNTS).then_some(Unit::Counts)
+    }
 }

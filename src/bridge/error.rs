@@ -296,6 +296,12 @@ pub enum Unit {
     Degrees,
     /// Of a length.
     Millimetres,
+    /// Of an opening, 1 where it is widest.
+    Fractions,
+    /// Of an opening, 100 where it is widest.
+    PerCent,
+    /// Of a Robotiq gripper's opening, 0 to 255.
+    Counts,
     /// Of a torque.
     Millinewtons,
 }
@@ -305,6 +311,9 @@ impl fmt::Display for Unit {
         f.write_str(match self {
             Self::Degrees => "degrees",
             Self::Millimetres => "mm",
+            Self::Fractions => "fractions of its widest (0 to 1)",
+            Self::PerCent => "per cent of its widest",
+            Self::Counts => "a gripper's counts (0 to 255)",
             Self::Millinewtons => "mN*m or N*mm",
         })
     }
@@ -333,6 +342,9 @@ impl Error {
             }
             Self::Units { field: "tau", .. } => {
                 "the protocol has N*m; if these are, mend the joint's `effort` in the robot's URDF"
+            }
+            Self::Units { field: "opening", .. } => {
+                "the protocol has the way between the pads, in m; closed fingers are open by 0 m"
             }
             Self::Negative { .. } => {
                 "is its sign turned, or its zero off? Closed fingers are open by 0 m"

@@ -182,6 +182,27 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
     }
 }
 
+/// 1.00 was said to be "probably in mm".
+#[test]
+fn an_opening_in_another_unit_is_told_in_which() {
+    for (opening, unit) in [
+        ("1.0", "fractions of its widest (0 to 1)"),
+        ("0.4", "fractions of its widest (0 to 1)"),
+        ("85.0", "mm"),
+        ("30.0", "mm"),
+        ("100.0", "per cent of its widest"),
+        ("255.0", "a gripper's counts (0 to 255)"),
+        ("200.0", "a gripper's counts (0 to 255)"),
+    ] {
+        let (error, _) = after_a_good_beginning(told(6.0).replace("0.08", opening));
+        let what = error.to_string();
+        assert!(what.ends_with(&format!("to 0.09: probably in {unit}")), "{what}");
+        assert!(error.help().contains("between the pads, in m"), "{}", error.help());
+    }
+    let (error, _) = after_a_good_beginning(told(6.0).replace("0.08", "4000.0"));
+    assert!(error.to_string().ends_with("is 4000.00, far outside 0.00 to 0.09"), "{error}");
+}
+
 /// Two cameras were told as a map that is no u32, and a size without keys was taken.
 #[test]
 fn a_camera_is_one_object() {
