@@ -122,7 +122,7 @@ pub(super) fn wrong(
             return Some(Error::NotFinite { request, field, joint: None });
         }
     }
-    if let Some(error) = in_other_units(told, request, wanted) {
+    if let Some(error) = in_other_units(told, request, wanted, before) {
         return Some(error);
     }
     if told.moving.len() > Mover::MOST {
@@ -156,8 +156,14 @@ fn leaps(told: &Told, request: &'static str, wanted: &Wanted, before: &Told) -> 
 }
 
 /// Returns which number cannot be in SI units. A joint may be a whole turn out of its range, as some encoders count, fingers be read
-/// beyond their widest, and a torque be some times its joint's effort: what is told here is no measurement of this robot.
-fn in_other_units(told: &Told, request: &'static str, wanted: &Wanted) -> Option<Error> {
+/// beyond their widest, and a torque be some times its joint's effort: what is told here is no measurement of this robot. Torques after some
+/// that could be are in their unit, and what is wrong with them is another thing.
+fn in_other_units(
+    told: &Told,
+    request: &'static str,
+    wanted: &Wanted,
+    before: Option<&Told>,
+) -> Option<Error> {
     let other = |field, joint, value, range, probably| {
         Some(Error::Units { request, field, joint, value, range, probably })
     };
@@ -172,6 +178,11 @@ fn in_other_units(told: &Told, request: &'static str, wanted: &Wanted) -> Option
     for (at, (value, joint)) in told.tau.iter().zip(&wanted.joints).enumerate() {
         let most = joint.effort;
         if value.abs() > TIMES_EFFORT * most {
+            // Zeros are in any unit.
+            if let Some(before) = before.filter(|told| told.tau.iter().any(|tau| tau.abs() > 0.0)) {
+                let (joint, value, before) = (at + 1, *value, before.tau[at]);
+                return Some(Error::Knock { request, joint, value, before, most });
+            }
             let probably = (value.abs() / 1e3 <= most).then_some(Unit::Millinewtons);
             return other("tau", Some(at + 1), *value, (-most, most), probably);
         }

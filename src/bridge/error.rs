@@ -201,6 +201,22 @@ pub enum Error {
         /// In which unit it would be well.
         probably: Option<Unit>,
     },
+    /// A torque that no motor gives came after some that could be.
+    #[error(
+        "`tau` of joint {joint} in the answer to `{request}` is {value:.0} after {before:.1}, where {most:.0} is the most: the joint felt a knock, or the simulation has diverged"
+    )]
+    Knock {
+        /// What was asked.
+        request: &'static str,
+        /// Joint number from 1.
+        joint: usize,
+        /// What it says, N·m or N.
+        value: f64,
+        /// What it said before, N·m or N.
+        before: f64,
+        /// What its motor may carry, N·m or N.
+        most: f64,
+    },
     /// Fingers are open by less than nothing.
     #[error(
         "`opening` in the answer to `{request}` is {opening_mm:.0} mm: a gripper cannot open by less than 0"
@@ -342,6 +358,9 @@ impl Error {
             }
             Self::Units { field: "tau", .. } => {
                 "the protocol has N*m; if these are, mend the joint's `effort` in the robot's URDF"
+            }
+            Self::Knock { .. } => {
+                "see what the arm ran into; a simulation diverges less with shorter time steps and softer contacts"
             }
             Self::Units { field: "opening", .. } => {
                 "the protocol has the way between the pads, in m; closed fingers are open by 0 m"

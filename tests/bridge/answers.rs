@@ -203,6 +203,24 @@ fn an_opening_in_another_unit_is_told_in_which() {
     assert!(error.to_string().ends_with("is 4000.00, far outside 0.00 to 0.09"), "{error}");
 }
 
+/// A spike in mid-motion was told as another unit, for which the URDF was to be mended.
+#[test]
+fn a_torque_that_leaps_after_good_ones_is_a_knock() {
+    let mut count = 0;
+    let (place, _) = serve(move |_| {
+        count += 1;
+        let tau = if count < 12 { "3.5" } else { "-2948.0" };
+        let tau = format!(r#""tau":[{tau}"#);
+        let told = told(0.004 * f64::from(count)).replace(r#""tau":[0.0"#, &tau);
+        Some(if count == 1 { hello() } else { told })
+    });
+    let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
+    let error = arm.wait(0.1, &Cancel::default(), &mut |_| {}).unwrap_err();
+    let said = "`tau` of joint 1 in the answer to `step` is -2948 after 3.5, where 39 is the most: the joint felt a knock, or the simulation has diverged";
+    assert_eq!(error.to_string(), said);
+    assert!(!error.help().contains("URDF"), "{}", error.help());
+}
+
 /// Two cameras were told as a map that is no u32, and a size without keys was taken.
 #[test]
 fn a_camera_is_one_object() {
