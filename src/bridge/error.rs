@@ -344,6 +344,19 @@ fn shown(begins: &str) -> String {
 const MILLI: f64 = 1e3;
 
 impl Error {
+    /// Returns whether something that listens there answered, and what it says cannot be worked with.
+    pub fn is_answer(&self) -> bool {
+        !matches!(
+            self,
+            Self::Nobody { .. }
+                | Self::NoHost { .. }
+                | Self::Closed { .. }
+                | Self::Broken { .. }
+                | Self::Silent { .. }
+                | Self::Interrupted { .. }
+        )
+    }
+
     /// Returns what would help.
     pub fn help(&self) -> &str {
         match self {

@@ -184,6 +184,43 @@ fn addresses_that_are_not_whole_are_said_before_anything_is_asked() {
     assert!(nobody.err.contains("start the server first"), "{}", nobody.err);
 }
 
+/// It was `away`, and so were all others that answered something that cannot be worked with.
+#[test]
+fn a_doctor_tells_a_bridge_that_answers_from_one_that_is_away() {
+    let scratch = Scratch::new("bridge-refused");
+    let hello = json!({"hello": 1, "joints": ["a", "b"], "camera": null}).to_string();
+    let (place, _) = serve(move |_| Some(hello.clone()));
+    let robot = format!("bridge://{place}");
+    let said = scratch.trueup(&["doctor", "--robot", robot.as_str()]);
+    assert_eq!(said.code, 1, "{}", said.out);
+    let arm = format!("arm       wrong {robot} answers, and cannot be worked with: the bridge has");
+    assert!(said.out.lines().any(|told| told.starts_with(&arm)), "{}", said.out);
+    let camera = "camera    none  not asked: the bridge cannot be worked with";
+    assert!(said.out.lines().any(|told| told == camera), "{}", said.out);
+}
+
+/// The arm was told to be away for it.
+#[test]
+fn a_doctor_tells_a_photograph_that_is_none_as_the_camera_s() {
+    let scratch = Scratch::new("bridge-no-png");
+    let mut reality = Reality::new(None, LabSettings::default(), 3);
+    let (place, _) = serve(move |request| {
+        let is_photo = request.get("photo").is_some();
+        Some(if is_photo { json!({"image": "?"}).to_string() } else { reality.answer(request) })
+    });
+    let robot = format!("bridge://{place}");
+    let said = scratch.trueup(&["doctor", "--robot", robot.as_str()]);
+    assert_eq!(said.code, 1, "{}", said.out);
+    let begins = |line: &str| said.out.lines().any(|told| told.starts_with(line));
+    assert!(begins(&format!("arm       ok    {robot}: 7 joints; q")), "{}", said.out);
+    assert!(
+        begins("camera    wrong behind the bridge: the answer to `photo` cannot be read"),
+        "{}",
+        said.out
+    );
+    assert!(begins("scales    none  the bridge's, not asked"), "{}", said.out);
+}
+
 /// Of scales that the bridge might have had it said that `--scales-at` names some.
 #[test]
 fn a_doctor_says_that_the_bridge_is_away() {
