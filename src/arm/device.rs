@@ -151,6 +151,11 @@ pub trait Arm: Send {
         false
     }
 
+    /// Returns whether it was asked to stop and has not answered yet: whether it holds is not known.
+    fn owes_stop(&self) -> bool {
+        false
+    }
+
     /// Returns how evenly was paced what was streamed since this was last asked, of an arm that is streamed to.
     fn pacing(&mut self) -> Option<Pacing> {
         None

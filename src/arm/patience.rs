@@ -122,6 +122,10 @@ impl Arm for Patient {
         self.arm.is_lost()
     }
 
+    fn owes_stop(&self) -> bool {
+        self.arm.owes_stop()
+    }
+
     fn pacing(&mut self) -> Option<Pacing> {
         self.arm.pacing()
     }

@@ -42,6 +42,11 @@ pub trait Plant: Send {
         false
     }
 
+    /// Returns whether the arm was asked to stop and has not answered yet.
+    fn owes_stop(&self) -> bool {
+        false
+    }
+
     /// Returns whether an arm that errs may still be led to rest: an error of a model of an arm is the end of it.
     fn is_led_to_rest(&self) -> bool {
         false
@@ -206,8 +211,9 @@ impl<P: Plant> Ticked<P> {
         order: Option<Sample>,
         watch: &mut dyn FnMut(&Feedback),
     ) -> Result<(), DeviceError> {
+        let is_order = order.is_some();
         let sent = self.pass(order);
-        self.is_unsure |= sent.is_err();
+        self.is_unsure = sent.is_err() || (self.is_unsure && !is_order);
         sent?;
         watch(&self.told());
         Ok(())
@@ -349,10 +355,16 @@ impl<P: Plant> Arm for Ticked<P> {
         self.plant.is_lost()
     }
 
+    fn owes_stop(&self) -> bool {
+        self.plant.owes_stop()
+    }
+
     fn feedback(&mut self) -> Result<Feedback, DeviceError> {
         self.plant.refresh()?;
-        if std::mem::take(&mut self.is_unsure) {
+        if self.is_unsure {
             self.begins_here();
+            // Until it rests it goes on from here.
+            self.is_unsure = self.plant.report().dq.iter().any(|dq| dq.abs() >= REST.1);
         }
         Ok(self.told())
     }

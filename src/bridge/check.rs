@@ -122,7 +122,7 @@ pub(super) fn wrong(
             return Some(Error::NotFinite { request, field, joint: None });
         }
     }
-    if let Some(error) = in_other_units(told, request, wanted) {
+    if let Some(error) = in_other_units(told, request, wanted, before) {
         return Some(error);
     }
     if told.moving.len() > Mover::MOST {
@@ -156,8 +156,14 @@ fn leaps(told: &Told, request: &'static str, wanted: &Wanted, before: &Told) -> 
 }
 
 /// Returns which number cannot be in SI units. A joint may be a whole turn out of its range, as some encoders count, fingers be read
-/// beyond their widest, and a torque be some times its joint's effort: what is told here is no measurement of this robot.
-fn in_other_units(told: &Told, request: &'static str, wanted: &Wanted) -> Option<Error> {
+/// beyond their widest, and a torque be some times its joint's effort: what is told here is no measurement of this robot. Torques after some
+/// that could be are in their unit, and what is wrong with them is another thing.
+fn in_other_units(
+    told: &Told,
+    request: &'static str,
+    wanted: &Wanted,
+    before: Option<&Told>,
+) -> Option<Error> {
     let other = |field, joint, value, range, probably| {
         Some(Error::Units { request, field, joint, value, range, probably })
     };
@@ -172,6 +178,11 @@ fn in_other_units(told: &Told, request: &'static str, wanted: &Wanted) -> Option
     for (at, (value, joint)) in told.tau.iter().zip(&wanted.joints).enumerate() {
         let most = joint.effort;
         if value.abs() > TIMES_EFFORT * most {
+            // Zeros are in any unit.
+            if let Some(before) = before.filter(|told| told.tau.iter().any(|tau| tau.abs() > 0.0)) {
+                let (joint, value, before) = (at + 1, *value, before.tau[at]);
+                return Some(Error::Knock { request, joint, value, before, most });
+            }
             let probably = (value.abs() / 1e3 <= most).then_some(Unit::Millinewtons);
             return other("tau", Some(at + 1), *value, (-most, most), probably);
         }
@@ -182,8 +193,34 @@ fn in_other_units(told: &Told, request: &'static str, wanted: &Wanted) -> Option
     }
     let fits = |opening: f64| (-BELOW_NOTHING..=2.0 * widest).contains(&opening);
     if widest > 0.0 && !fits(told.opening) {
-        let probably = fits(told.opening / 1e3).then_some(Unit::Millimetres);
+        let probably = unit_of_opening(told.opening, widest);
         return other("opening", None, told.opening, (0.0, widest), probably);
     }
     None
+}
+
+/// Returns in which unit an opening is probably told that can be none in m, of fingers that open by `widest` m. They mostly stand open when a
+/// server is met first, so the widest in each unit is looked for before what else would fit.
+fn unit_of_opening(told: f64, widest: f64) -> Option<Unit> {
+    /// As near to the widest as this share of it fingers are that stand open: their zero may be off.
+    const NEAR: f64 = 0.1;
+    /// What the widest is in per cent and in a Robotiq's counts.
+    const PER_CENT: f64 = 100.0;
+    const COUNTS: f64 = 255.0;
+    let is_about = |most: f64| (told - most).abs() <= NEAR * most;
+    let is_within = |most: f64| (0.0..=most).contains(&told);
+    let (mm, twice_mm) = (widest * 1e3, 2.0 * widest * 1e3);
+    if is_within(1.0 + NEAR) {
+        Some(Unit::Fractions)
+    } else if is_about(mm) {
+        Some(Unit::Millimetres)
+    } else if is_about(PER_CENT) {
+        Some(Unit::PerCent)
+    } else if is_about(COUNTS) {
+        Some(Unit::Counts)
+    } else if is_within(twice_mm) {
+        Some(Unit::Millimetres)
+    } else {
+        is_within(COUNTS).then_some(Unit::Counts)
+    }
 }

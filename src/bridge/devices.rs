@@ -141,6 +141,10 @@ impl Plant for BridgePlant {
         lock(&self.link).is_lost()
     }
 
+    fn owes_stop(&self) -> bool {
+        lock(&self.link).owes_stop()
+    }
+
     fn is_led_to_rest(&self) -> bool {
         lock(&self.link).is_led_to_rest()
     }

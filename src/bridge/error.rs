@@ -201,6 +201,22 @@ pub enum Error {
         /// In which unit it would be well.
         probably: Option<Unit>,
     },
+    /// A torque that no motor gives came after some that could be.
+    #[error(
+        "`tau` of joint {joint} in the answer to `{request}` is {value:.0} after {before:.1}, where {most:.0} is the most: the joint felt a knock, or the simulation has diverged"
+    )]
+    Knock {
+        /// What was asked.
+        request: &'static str,
+        /// Joint number from 1.
+        joint: usize,
+        /// What it says, N·m or N.
+        value: f64,
+        /// What it said before, N·m or N.
+        before: f64,
+        /// What its motor may carry, N·m or N.
+        most: f64,
+    },
     /// Fingers are open by less than nothing.
     #[error(
         "`opening` in the answer to `{request}` is {opening_mm:.0} mm: a gripper cannot open by less than 0"
@@ -296,6 +312,12 @@ pub enum Unit {
     Degrees,
     /// Of a length.
     Millimetres,
+    /// Of an opening, 1 where it is widest.
+    Fractions,
+    /// Of an opening, 100 where it is widest.
+    PerCent,
+    /// Of a Robotiq gripper's opening, 0 to 255.
+    Counts,
     /// Of a torque.
     Millinewtons,
 }
@@ -305,6 +327,9 @@ impl fmt::Display for Unit {
         f.write_str(match self {
             Self::Degrees => "degrees",
             Self::Millimetres => "mm",
+            Self::Fractions => "fractions of its widest (0 to 1)",
+            Self::PerCent => "per cent of its widest",
+            Self::Counts => "a gripper's counts (0 to 255)",
             Self::Millinewtons => "mN*m or N*mm",
         })
     }
@@ -319,6 +344,19 @@ fn shown(begins: &str) -> String {
 const MILLI: f64 = 1e3;
 
 impl Error {
+    /// Returns whether something that listens there answered, and what it says cannot be worked with.
+    pub fn is_answer(&self) -> bool {
+        !matches!(
+            self,
+            Self::Nobody { .. }
+                | Self::NoHost { .. }
+                | Self::Closed { .. }
+                | Self::Broken { .. }
+                | Self::Silent { .. }
+                | Self::Interrupted { .. }
+        )
+    }
+
     /// Returns what would help.
     pub fn help(&self) -> &str {
         match self {
@@ -333,6 +371,12 @@ impl Error {
             }
             Self::Units { field: "tau", .. } => {
                 "the protocol has N*m; if these are, mend the joint's `effort` in the robot's URDF"
+            }
+            Self::Knock { .. } => {
+                "see what the arm ran into; a simulation diverges less with shorter time steps and softer contacts"
+            }
+            Self::Units { field: "opening", .. } => {
+                "the protocol has the way between the pads, in m; closed fingers are open by 0 m"
             }
             Self::Negative { .. } => {
                 "is its sign turned, or its zero off? Closed fingers are open by 0 m"

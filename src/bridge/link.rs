@@ -24,7 +24,8 @@ const CONNECT_S: f64 = 5.0;
 const ANSWER_S: f64 = 10.0;
 /// How long a picture may take, s: a path tracer's takes tens of seconds.
 const PHOTO_S: f64 = 60.0;
-/// How long the arm's stop, and each step that leads it to rest, is waited for after a wrong answer, s.
+/// How long the arm's stop is waited for after a wrong answer or one that somebody did not wait for, s; and each step that leads it to
+/// rest after a wrong one.
 const STOP_S: f64 = 1.0;
 
 /// How often a wish to stop is looked for while an answer is waited for, s.
@@ -121,6 +122,11 @@ impl Link {
     /// Returns whether steps that lead the arm to rest are still carried.
     pub fn is_led_to_rest(&self) -> bool {
         self.trouble.is_none() || self.may_rest
+    }
+
+    /// Returns whether the arm was asked to stop and has not answered yet.
+    pub fn owes_stop(&self) -> bool {
+        self.owed > 0
     }
 
     /// Lets time pass; returns how the arm is afterwards.
@@ -259,15 +265,18 @@ impl Link {
     fn exchange(&mut self, request: &Request, within: f64) -> Result<Vec<u8>, Error> {
         let word = request.word();
         // What somebody wished to stop is to be stopped.
-        let may_end = !matches!(request, Request::Stop {});
-        self.catch_up(word, within, may_end)?;
+        let wish_s = (!matches!(request, Request::Stop {})).then_some(WISH_S);
+        // What is owed has been waited for since the wish.
+        self.catch_up(word, within, wish_s.map(|_| 0.0))?;
         self.is_alone()?;
         self.send(request, within)?;
-        let line = self.line(word, within, may_end);
+        let line = self.line(word, within, wish_s);
         if matches!(line, Err(Error::Interrupted { .. })) {
             // The answer comes later, and then the arm is stopped.
             self.owed += 1;
             self.owed += usize::from(self.send(&Request::Stop {}, STOP_S).is_ok());
+            // Whether it holds is known once it has answered.
+            let _ = self.catch_up("stop", STOP_S, None);
         }
         let line = line?;
         self.answered = word;
@@ -275,9 +284,14 @@ impl Link {
     }
 
     /// Lets pass what was not waited for to the end.
-    fn catch_up(&mut self, word: &'static str, within: f64, may_end: bool) -> Result<(), Error> {
+    fn catch_up(
+        &mut self,
+        word: &'static str,
+        within: f64,
+        wish_s: Option<f64>,
+    ) -> Result<(), Error> {
         while self.owed > 0 {
-            self.line(word, within, may_end)?;
+            self.line(word, within, wish_s)?;
             self.owed -= 1;
         }
         Ok(())
@@ -314,12 +328,17 @@ impl Link {
         self.stream.write_all(&line).map_err(|error| broken(&error))
     }
 
-    /// Waits for a line; not much longer once somebody wishes to stop, if it `may_end`.
+    /// Waits for a line; only `wish_s` longer once somebody wishes to stop, s, where such a wish counts.
     #[expect(
         clippy::disallowed_methods,
         reason = "how long an answer may take is measured against the wall"
     )]
-    fn line(&mut self, word: &'static str, within: f64, may_end: bool) -> Result<Vec<u8>, Error> {
+    fn line(
+        &mut self,
+        word: &'static str,
+        within: f64,
+        wish_s: Option<f64>,
+    ) -> Result<Vec<u8>, Error> {
         let broken =
             |error: std::io::Error| Error::Broken { request: word, why: error.to_string() };
         let end = Instant::now() + Duration::from_secs_f64(within);
@@ -340,9 +359,9 @@ impl Link {
             if left.is_zero() {
                 return Err(Error::Silent { request: word, within_s: within });
             }
-            if may_end && self.cancel.is_cancelled() {
+            if let Some(wish_s) = wish_s.filter(|_| self.cancel.is_cancelled()) {
                 let since = *wished.get_or_insert(now);
-                if now.duration_since(since).as_secs_f64() > WISH_S {
+                if now.duration_since(since).as_secs_f64() > wish_s {
                     return Err(Error::Interrupted { request: word });
                 }
             }
@@ -403,7 +422,7 @@ impl Link {
         // Whoever answers wrongly may still understand this; nothing depends on it.
         self.ahead.clear();
         let stopped = self.send(&Request::Stop {}, STOP_S);
-        let _ = stopped.and_then(|()| self.line("stop", STOP_S, false));
+        let _ = stopped.and_then(|()| self.line("stop", STOP_S, None));
         self.may_rest = false;
         self.trouble.get_or_insert(error).clone()
     }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::arm::{Camera, Cancel, Scales};
+use crate::arm::{Camera, Cancel, DeviceError, Scales};
 use crate::bridge::{self, Error as Trouble, Joint, Wanted};
 use crate::execution::snapshot::{WebCamera, WebScales};
 use crate::motion::robot::Robot;
@@ -43,13 +43,18 @@ pub(super) fn target(rest: &str) -> Result<Target, Failure> {
     Ok(Target { place: place.to_owned() })
 }
 
+/// Says that a reality cannot be worked with, as everything that is wrong with a device is said.
+pub(super) fn refused(trouble: Trouble) -> Error {
+    DeviceError::from(trouble).into()
+}
+
 /// Connects to the reality and what stands beside it. Nothing moves.
 pub(super) fn devices(
     target: &Target,
     robot: &Robot,
     scene: &Scene,
     args: &CellArgs,
-) -> Result<Devices, Error> {
+) -> Result<Devices, Trouble> {
     let joints = robot.joints().iter().zip(Limits::of(robot).jerk).map(|(joint, jerk)| Joint {
         name: joint.name.clone(),
         range: (joint.lower, joint.upper),
@@ -64,8 +69,7 @@ pub(super) fn devices(
         max_opening: robot.max_opening(),
     };
     let cancel = Cancel::default();
-    let refused = |trouble: Trouble| Error::from(crate::arm::DeviceError::from(trouble));
-    let bridged = bridge::connect(&target.place, wanted, cancel.clone()).map_err(refused)?;
+    let bridged = bridge::connect(&target.place, wanted, cancel.clone())?;
     let camera: Box<dyn Camera> = match (&args.camera_at, bridged.camera) {
         (Some(address), _) => Box::new(WebCamera(address.clone())),
         (None, Some(camera)) => {
@@ -74,14 +78,14 @@ pub(super) fn devices(
             if let Some((width, height)) = size
                 && (width, height) != (lens.width, lens.height)
             {
-                return Err(refused(Trouble::Picture {
+                return Err(Trouble::Picture {
                     theirs: format!("{width} x {height}"),
                     ours: format!("{} x {}", lens.width, lens.height),
-                }));
+                });
             }
             Box::new(camera)
         }
-        (None, None) => return Err(refused(Trouble::NoCamera)),
+        (None, None) => return Err(Trouble::NoCamera),
     };
     let scales: Option<Box<dyn Scales>> = match (&args.scales_at, bridged.scales) {
         (Some(address), _) => Some(Box::new(WebScales(address.clone()))),

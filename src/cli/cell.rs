@@ -118,7 +118,8 @@ pub(super) fn open(
             WorkCell::open_with(options, |robot, _, _| ready.connect(robot))
         }
         ArmAt::Bridge(target) => WorkCell::open_with(options, |robot, scene, _| {
-            let devices = bridge::devices(&target, robot, scene, &cli.cell)?;
+            let devices = bridge::devices(&target, robot, scene, &cli.cell);
+            let devices = devices.map_err(bridge::refused)?;
             may_be_real = devices.limits.is_some();
             Ok(devices)
         }),

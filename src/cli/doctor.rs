@@ -83,8 +83,9 @@ impl Finding {
 
 /// Of scales that nobody named.
 const NO_SCALES: &str = "not connected; `--scales-at URL` names some";
-/// Of what may stand behind a bridge that cannot be asked.
+/// Of what may stand behind a bridge that cannot be asked, or answers with what cannot be worked with.
 const BRIDGE_AWAY: &str = "not asked: the bridge is away";
+const BRIDGE_WRONG: &str = "not asked: the bridge cannot be worked with";
 
 /// `trueup doctor`.
 pub(super) fn doctor(cli: &Shared, style: Style) -> Result<Exit, Failure> {
@@ -330,19 +331,26 @@ fn torques(robot: &Robot, told: &Feedback) -> Option<Finding> {
 fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure> {
     let (mut joints, mut says) = (0, String::new());
     let (mut picture, mut weighing, mut odd) = (None, None, None);
-    // Whether there are scales, once the bridge was reached.
+    let mut is_away = true;
+    // Whether there are scales, once the bridge was found to be one.
     let mut has_scales = None;
     let opened = WorkCell::open_with(options(cli, None)?, |robot, scene, _| {
         joints = robot.n_joints();
-        let mut devices = bridge::devices(target, robot, scene, &cli.cell)?;
+        let devices = bridge::devices(target, robot, scene, &cli.cell);
+        is_away = devices.as_ref().is_err_and(|trouble| !trouble.is_answer());
+        let mut devices = devices.map_err(bridge::refused)?;
         has_scales = Some(devices.scales.is_some());
         let begin = devices.arm.feedback()?.time;
         devices.arm.wait(TICKS, &Cancel::default(), &mut |_| {})?;
         let told = devices.arm.feedback()?;
         says = stands(&told, told.time - begin);
         odd = torques(robot, &told);
-        picture = Some(devices.camera.photo()?);
-        weighing = devices.scales.as_mut().map(|scales| scales.weigh().is_some());
+        // A camera with an address of its own is looked at by itself.
+        picture = cli.cell.camera_at.is_none().then(|| devices.camera.photo());
+        // A line with an answer that cannot be has ended.
+        if !devices.arm.is_lost() {
+            weighing = devices.scales.as_mut().map(|scales| scales.weigh().is_some());
+        }
         Ok(devices)
     });
     let arm = match &opened {
@@ -352,19 +360,29 @@ fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure
                 Error::Action(ActionError::Device(device)) => device.help(),
                 _ => "start the server, then try again",
             };
-            Finding::new("arm", State::Away, format!("{target}: {error}")).help(help)
+            let (state, how) = if is_away {
+                (State::Away, "")
+            } else {
+                (State::Wrong, " answers, and cannot be worked with")
+            };
+            Finding::new("arm", state, format!("{target}{how}: {error}")).help(help)
         }
     };
+    let unasked = if is_away { BRIDGE_AWAY } else { BRIDGE_WRONG };
     let mut found = vec![arm];
     found.extend(odd);
     if cli.cell.camera_at.is_none() {
         found.push(match picture {
-            Some(picture) => {
+            Some(Ok(picture)) => {
                 let (width, height) = picture.dimensions();
                 let says = format!("behind the bridge, of {width} x {height} px");
                 Finding::new("camera", State::Well, says)
             }
-            None if has_scales.is_none() => Finding::new("camera", State::None, BRIDGE_AWAY),
+            Some(Err(error)) => {
+                let says = format!("behind the bridge: {error}");
+                Finding::new("camera", State::Wrong, says).help(error.help())
+            }
+            None if has_scales.is_none() => Finding::new("camera", State::None, unasked),
             None => Finding::new("camera", State::None, "the bridge gave no picture"),
         });
     }
@@ -377,7 +395,7 @@ fn behind(target: &bridge::Target, cli: &Shared) -> Result<Vec<Finding>, Failure
             (Some(false), None) => Finding::new("scales", State::None, NO_SCALES),
             // What comes before the weighing failed.
             (Some(true), None) => Finding::new("scales", State::None, "the bridge's, not asked"),
-            (None, None) => Finding::new("scales", State::None, BRIDGE_AWAY),
+            (None, None) => Finding::new("scales", State::None, unasked),
         });
     }
     Ok(found)

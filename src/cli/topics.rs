@@ -91,6 +91,21 @@ A real Gen3 moves only when you say so: docs/safety.md, then docs/kortex.md.
   trueup doctor --robot kortex://admin@192.168.1.10",
     },
     Topic {
+        name: "bridge",
+        title: "connect your own simulator or robot",
+        text: "\
+A server of yours answers lines of JSON; docs/bridge.md has the protocol, and
+examples/bridge has servers to copy:
+  python examples/bridge/mujoco_server.py --seed 1
+Is it there, and are its joints, units and pictures right? Nothing moves.
+  trueup doctor --robot bridge://127.0.0.1:5555
+A call, a file and the prompt with it:
+  trueup -c 'pick(jar)' --robot bridge://127.0.0.1:5555
+  trueup run scripts/pour.task --robot bridge://127.0.0.1:5555
+  trueup --robot bridge://127.0.0.1:5555
+A robot of its own time moves only when you say so: docs/safety.md.",
+    },
+    Topic {
         name: "teach",
         title: "go one step at a time, and ask what people expect",
         text: "\

@@ -291,7 +291,12 @@ impl<'a> Walker<'a> {
         let lines = self.scripts.context().script_lines();
         // What was on its way when it was cut short is in doubt before anything is read.
         self.scripts.context().body().cut_short();
-        let broken = Some(Cause::from(why.clone()).into());
+        let owes = self.scripts.context().body().arm().owes_stop();
+        let cause = match why {
+            ActionError::Stopped if owes => Cause::StopUnanswered,
+            why => why.clone().into(),
+        };
+        let broken = Some(cause.into());
         let end = End { stopped: true, broken, lines, ..End::default() };
         self.done(pg, index, begin, watched, end)
     }

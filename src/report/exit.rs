@@ -1,4 +1,4 @@
-//! How commands end: the exit codes of `INTERFACES`.
+//! How commands end: the exit codes of `INTERFACES`, and how the arm stands then.
 
 use crate::workcell::{Ending, Run};
 
@@ -35,5 +35,14 @@ pub fn ended(run: &Run) -> Exit {
         Ending::Unavailable => Exit::Unavailable,
         Ending::Failure => Exit::No,
         Ending::Stopped => Exit::Stopped,
+    }
+}
+
+/// Says how the arm stands after a run that was stopped.
+pub(super) fn stands(run: &Run) -> &'static str {
+    if run.stop_unanswered {
+        "the arm was asked to stop and has not answered yet"
+    } else {
+        "the arm holds its position"
     }
 }

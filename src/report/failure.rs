@@ -10,6 +10,7 @@ use super::exit::Exit;
 use super::uncalibrated::uncalibrated;
 use super::way_out::{made_true, way_out};
 use super::{Style, complain, diagnostics};
+use crate::arm::limits::LimitError;
 use crate::execution::error::ActionError;
 use crate::execution::refusal::Refusal;
 use crate::files::write;
@@ -352,6 +353,9 @@ pub fn cell_failure(error: &workcell::Error, style: Style) -> Failure {
 /// Words why an action ended early.
 fn action_failure(action: &ActionError, words: String) -> Failure {
     match action {
+        ActionError::Limit(LimitError::Jump { .. }) => {
+            Failure::stopped(words).help("call it again: it is then planned from where the arm is")
+        }
         ActionError::Stopped | ActionError::Limit(_) => Failure::stopped(words),
         ActionError::Device(device) => {
             let failure = Failure::unavailable("device", words).help(device.help());
@@ -386,6 +390,16 @@ mod tests {
             Exit::Stopped as u8
         );
         assert_eq!(exit(DeviceError::Unavailable("gone".into())), Exit::Unavailable as u8);
+    }
+
+    /// It stood without a word of what works then.
+    #[test]
+    fn a_path_that_begins_elsewhere_is_told_with_what_would_help() {
+        let style = Style { json: true, quiet: true, verbose: false, colour: false, bars: false };
+        let error = ActionError::from(LimitError::Jump { joint: 1, jump_deg: 56.2 });
+        let failure = cell_failure(&error.into(), style);
+        assert_eq!(failure.exit(), Exit::Stopped as u8);
+        assert!(failure.help.unwrap().starts_with("call it again"));
     }
 
     /// "`hand` has been in the way for 20 s; the arm waits no longer" stood alone.

@@ -12,7 +12,7 @@ use crate::trace::{DuringRow, Event, FluentRow, Measure, Observer, Outcome, Step
 use crate::units::Unit;
 use crate::workcell::{Displaced, Ending, Run, State, TILTED, Water};
 
-use super::{Style, complain, folded, shown as plainly};
+use super::{Style, complain, exit::stands, folded, shown as plainly};
 
 /// Amounts of water differ that are farther apart than this, mL, and than this share of all of it. Chosen: vessels are filled to a few per
 /// cent, and some drops stay in them.
@@ -436,7 +436,7 @@ pub fn ending(run: &Run, style: Style) -> String {
         Ending::Unconfirmed => style.red(&format!("unconfirmed: {}", run.task)),
         Ending::Failure => style.red(&format!("failed: {}", run.task)),
         Ending::Unavailable => style.red(&format!("not available: {}", run.task)),
-        Ending::Stopped => style.red(&format!("stopped: {}; the arm holds its position", run.task)),
+        Ending::Stopped => style.red(&format!("stopped: {}; {}", run.task, stands(run))),
     };
     if run.outcome == Ending::Success && run.state == State::Ended && run.steps.is_empty() {
         text += "\n  there was nothing to do: no step was needed";

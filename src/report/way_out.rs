@@ -22,6 +22,7 @@ fn letting_go(condition: &str) -> Option<String> {
 pub(super) fn made_true(condition: &str) -> String {
     match letting_go(condition) {
         Some(call) => format!("put down what is held first, with `{call}`"),
+        None if condition == "gripper.open" => "open the hand first, with `open_gripper()`".into(),
         None => "make it true first".to_owned(),
     }
 }
@@ -175,6 +176,9 @@ mod tests {
         );
         assert!(way_out(&Cause::Promise(unmet("not held(any)", None)), None).contains("`place`"));
         assert_eq!(way_out(&Cause::Needs(unmet("upright(jar)", None)), None), "make it true first");
+        // What was held fell, and the fingers stayed as they were.
+        let fingers = way_out(&Cause::Needs(unmet("gripper.open", None)), None);
+        assert!(fingers.ends_with("`open_gripper()`"), "{fingers}");
         // A height that was asked for is no matter of room.
         let high = way_out(&Cause::Promise(unmet("height(jar) >= 30 cm", None)), None);
         assert!(high.starts_with("ask for less"), "{high}");

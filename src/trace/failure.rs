@@ -312,6 +312,9 @@ pub enum Cause {
     /// A person stopped it.
     #[error("stopped; the arm holds its position")]
     Stopped,
+    /// A person stopped it, and the arm has not answered yet that it holds.
+    #[error("asked to stop; the arm has not answered yet")]
+    StopUnanswered,
     /// A device failed: what it says.
     #[error("{0}")]
     Device(String),

@@ -148,7 +148,7 @@ impl WorkCell {
             self.audience.note(&wording::effect_left_out(name, why));
         }
         let state = self.state()?;
-        let q = self.scripts.context().planned_q().to_vec();
+        let q = self.scripts.context().planned_q()?.to_vec();
         let memory = self.scripts.context().memory().clone();
         let past = self.scripts.context().past().clone();
         let shown = self.audience.sees_rehearsals.then(|| Shown {

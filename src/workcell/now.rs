@@ -19,7 +19,7 @@ impl WorkCell {
     /// When the arm does not answer, or the twin cannot be built.
     pub fn twin(&mut self) -> Result<(Self, Vec<String>), Error> {
         let state = self.state()?;
-        let q = self.scripts.context().planned_q().to_vec();
+        let q = self.scripts.context().planned_q()?.to_vec();
         let (settings, unlike) = settings(&state, &q);
         let scene = Arc::new(filled(&self.model.cell.scene, &state));
         let devices =

@@ -144,6 +144,9 @@ pub struct Run {
     /// What would help, when a device failed: the arm, or the camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device_help: Option<String>,
+    /// Whether the arm was asked to stop and had not answered when the run ended: whether it holds is not known.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stop_unanswered: bool,
     /// The seed.
     pub seed: u64,
     /// `lab` or `twin`.
@@ -218,6 +221,7 @@ impl Run {
             reached: false,
             reason: None,
             device_help: None,
+            stop_unanswered: false,
             seed: 0,
             robot: String::new(),
             setting: None,

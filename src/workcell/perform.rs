@@ -111,7 +111,9 @@ impl WorkCell {
                 });
             }
             on.run.questions.push(questionnaire::by_geometry(&comparison.rows));
-            let planned_q = self.scripts.context().planned_q().to_vec();
+            // An arm that was stopped and does not answer is where it was measured last.
+            let planned_q = self.scripts.context().planned_q().map(<[f64]>::to_vec);
+            let planned_q = planned_q.unwrap_or_default();
             let record = StepRecord { planned_q, ..record(pg, number, done, comparison, twin) };
             self.audience.tell(&Event::StepEnd { record: Box::new(record.clone()) });
             let (memory, past) = {

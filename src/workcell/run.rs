@@ -77,6 +77,7 @@ impl WorkCell {
         let carried = match carried {
             Err(Error::Action(ActionError::Stopped)) => {
                 run.outcome = Ending::Stopped;
+                run.stop_unanswered = self.scripts.context().body().arm().owes_stop();
                 Ok(())
             }
             Err(error @ Error::Unrecorded { .. }) => {

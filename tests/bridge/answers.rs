@@ -13,7 +13,7 @@ pub(super) fn connect(place: &str, robot: &str, joints: &[&str]) -> Result<Bridg
     bridge::connect(place, wanted(robot, joints), Cancel::default())
 }
 
-fn wanted(robot: &str, joints: &[&str]) -> Wanted {
+pub(super) fn wanted(robot: &str, joints: &[&str]) -> Wanted {
     let joint = |name: &&str| Joint {
         name: (*name).to_owned(),
         range: (-3.0, 3.0),
@@ -182,6 +182,45 @@ fn every_answer_that_cannot_be_is_named_and_stops_the_arm() {
     }
 }
 
+/// 1.00 was said to be "probably in mm".
+#[test]
+fn an_opening_in_another_unit_is_told_in_which() {
+    for (opening, unit) in [
+        ("1.0", "fractions of its widest (0 to 1)"),
+        ("0.4", "fractions of its widest (0 to 1)"),
+        ("85.0", "mm"),
+        ("30.0", "mm"),
+        ("100.0", "per cent of its widest"),
+        ("255.0", "a gripper's counts (0 to 255)"),
+        ("200.0", "a gripper's counts (0 to 255)"),
+    ] {
+        let (error, _) = after_a_good_beginning(told(6.0).replace("0.08", opening));
+        let what = error.to_string();
+        assert!(what.ends_with(&format!("to 0.09: probably in {unit}")), "{what}");
+        assert!(error.help().contains("between the pads, in m"), "{}", error.help());
+    }
+    let (error, _) = after_a_good_beginning(told(6.0).replace("0.08", "4000.0"));
+    assert!(error.to_string().ends_with("is 4000.00, far outside 0.00 to 0.09"), "{error}");
+}
+
+/// A spike in mid-motion was told as another unit, for which the URDF was to be mended.
+#[test]
+fn a_torque_that_leaps_after_good_ones_is_a_knock() {
+    let mut count = 0;
+    let (place, _) = serve(move |_| {
+        count += 1;
+        let tau = if count < 12 { "3.5" } else { "-2948.0" };
+        let tau = format!(r#""tau":[{tau}"#);
+        let told = told(0.004 * f64::from(count)).replace(r#""tau":[0.0"#, &tau);
+        Some(if count == 1 { hello() } else { told })
+    });
+    let mut arm = connect(&place, "robot", &JOINTS).unwrap().arm;
+    let error = arm.wait(0.1, &Cancel::default(), &mut |_| {}).unwrap_err();
+    let said = "`tau` of joint 1 in the answer to `step` is -2948 after 3.5, where 39 is the most: the joint felt a knock, or the simulation has diverged";
+    assert_eq!(error.to_string(), said);
+    assert!(!error.help().contains("URDF"), "{}", error.help());
+}
+
 /// Two cameras were told as a map that is no u32, and a size without keys was taken.
 #[test]
 fn a_camera_is_one_object() {
@@ -314,6 +353,8 @@ fn a_wish_to_stop_does_not_wait_for_an_answer() {
     let mut arm = bridge::connect(&place, wanted, cancel.clone()).unwrap().arm;
     let stopped = arm.wait(0.1, &cancel, &mut |_| {});
     assert_eq!(stopped, Err(DeviceError::Stopped));
+    // The stop was sent, and nobody knows yet that the arm holds.
+    assert!(arm.owes_stop());
     // What was not waited for comes before the next answer, and is not taken for it.
     cancel.clear();
     free.send(()).unwrap();
@@ -321,7 +362,7 @@ fn a_wish_to_stop_does_not_wait_for_an_answer() {
     assert!((here.time - 0.3).abs() < 1e-9, "{here:?}");
     let asked: Vec<String> = asked.lock().unwrap().iter().map(word).collect();
     assert_eq!(asked, ["hello", "feedback", "step", "stop", "feedback"]);
-    assert!(!arm.is_lost());
+    assert!(!arm.is_lost() && !arm.owes_stop());
 }
 
 /// The prompt said that lines move the arm again, over a connection that was lost.

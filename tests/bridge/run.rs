@@ -1,11 +1,19 @@
 //! A run over a bridge: the embedded laboratory, met as a stranger's simulator, gives the run it gives at home.
 
-use serde_json::{Value, json};
-use trueup::lab::LabSettings;
+use std::sync::mpsc;
 
+use serde_json::{Value, json};
+use trueup::arm::Cancel;
+use trueup::bridge;
+use trueup::lab::LabSettings;
+use trueup::report::{self, Style};
+use trueup::trace::Nobody;
+use trueup::workcell::{Devices, Ending, Options, WorkCell};
+
+use super::answers::wanted;
 use super::reality::{Reality, serve};
 use crate::program::Scratch;
-use crate::workcell::dry;
+use crate::workcell::{call, dry, plain};
 
 fn read(scratch: &Scratch, out: &str) -> Value {
     let _ = scratch;
@@ -77,6 +85,55 @@ fn a_bridge_that_refuses_all_while_the_arm_moves_leaves_a_run_with_its_step() {
     assert!(scratch.path(run["run_dir"].as_str().unwrap()).join("run.json").is_file());
 }
 
+/// The arm could not be moved any more: "the path begins 1.8 deg from where joint 6 is", whatever was called.
+#[test]
+fn after_a_stop_that_is_answered_late_the_next_motion_begins_where_the_arm_is() {
+    let (wish, (free, is_free)) = (Cancel::default(), mpsc::channel::<()>());
+    let mut reality = Reality::new(Some(dry()), plain().lab, 1);
+    let (cancel, mut begin, mut hangs) = (wish.clone(), Vec::<f64>::new(), true);
+    let (place, _) = serve(move |request| {
+        let answer = reality.answer(request);
+        if let Some(q) = request["step"]["q"].as_array() {
+            let q: Vec<f64> = q.iter().map(|q| q.as_f64().unwrap()).collect();
+            if begin.is_empty() {
+                begin.clone_from(&q);
+            }
+            let is_on_its_way = q.iter().zip(&begin).any(|(q, from)| (q - from).abs() > 0.1);
+            if is_on_its_way && std::mem::take(&mut hangs) {
+                wish.cancel();
+                let _ = is_free.recv();
+            }
+        }
+        Some(answer)
+    });
+    let options = Options { robot: "bridge".into(), scene: Some(dry()), ..plain() };
+    let mut home = Vec::new();
+    let mut cell = WorkCell::open_with(options, |robot, scene, _| {
+        home = robot.pose("home").unwrap().to_vec();
+        let names: Vec<&str> = robot.joints().iter().map(|joint| joint.name.as_str()).collect();
+        let wanted = wanted(&scene.robot, &names);
+        let bridged = bridge::connect(&place, wanted, cancel.clone()).unwrap();
+        let camera = Box::new(bridged.camera.unwrap());
+        let (arm, cancel) = (Box::new(bridged.arm), cancel.clone());
+        Ok(Devices { arm, camera, scales: None, limits: None, cancel })
+    })
+    .unwrap();
+    let run = cell.run(&call("pick(jar)"), None, Box::new(Nobody)).unwrap();
+    // Nothing says that the arm holds before it has answered.
+    assert_eq!((run.outcome, run.stop_unanswered), (Ending::Stopped, true));
+    let style = Style { json: false, quiet: true, verbose: false, colour: false, bars: false };
+    let said = report::run::ending(&run, style);
+    assert!(said.contains("asked to stop and has not answered yet"), "{said}");
+    let reason = run.steps.last().unwrap().reason.as_deref();
+    assert_eq!(reason, Some("asked to stop; the arm has not answered yet"));
+    free.send(()).unwrap();
+    cancel.clear();
+    let run = cell.run(&call("home()"), None, Box::new(Nobody)).unwrap();
+    assert_eq!((run.outcome, run.stop_unanswered), (Ending::Success, false), "{:?}", run.reason);
+    let q = &run.steps.last().unwrap().measured.q;
+    assert!(q.iter().zip(&home).all(|(q, home)| (q - home).abs() < 0.05), "{q:?}");
+}
+
 /// A device that fails while a recovery runs ended the call as a failure, code 1, and at the prompt lines went on moving the arm.
 #[test]
 fn an_arm_that_is_lost_in_a_recovery_is_not_available() {
@@ -125,6 +182,43 @@ fn addresses_that_are_not_whole_are_said_before_anything_is_asked() {
     assert_ne!(nobody.code, 0);
     assert!(nobody.err.contains("no bridge at 127.0.0.1:1"), "{}", nobody.err);
     assert!(nobody.err.contains("start the server first"), "{}", nobody.err);
+}
+
+/// It was `away`, and so were all others that answered something that cannot be worked with.
+#[test]
+fn a_doctor_tells_a_bridge_that_answers_from_one_that_is_away() {
+    let scratch = Scratch::new("bridge-refused");
+    let hello = json!({"hello": 1, "joints": ["a", "b"], "camera": null}).to_string();
+    let (place, _) = serve(move |_| Some(hello.clone()));
+    let robot = format!("bridge://{place}");
+    let said = scratch.trueup(&["doctor", "--robot", robot.as_str()]);
+    assert_eq!(said.code, 1, "{}", said.out);
+    let arm = format!("arm       wrong {robot} answers, and cannot be worked with: the bridge has");
+    assert!(said.out.lines().any(|told| told.starts_with(&arm)), "{}", said.out);
+    let camera = "camera    none  not asked: the bridge cannot be worked with";
+    assert!(said.out.lines().any(|told| told == camera), "{}", said.out);
+}
+
+/// The arm was told to be away for it.
+#[test]
+fn a_doctor_tells_a_photograph_that_is_none_as_the_camera_s() {
+    let scratch = Scratch::new("bridge-no-png");
+    let mut reality = Reality::new(None, LabSettings::default(), 3);
+    let (place, _) = serve(move |request| {
+        let is_photo = request.get("photo").is_some();
+        Some(if is_photo { json!({"image": "?"}).to_string() } else { reality.answer(request) })
+    });
+    let robot = format!("bridge://{place}");
+    let said = scratch.trueup(&["doctor", "--robot", robot.as_str()]);
+    assert_eq!(said.code, 1, "{}", said.out);
+    let begins = |line: &str| said.out.lines().any(|told| told.starts_with(line));
+    assert!(begins(&format!("arm       ok    {robot}: 7 joints; q")), "{}", said.out);
+    assert!(
+        begins("camera    wrong behind the bridge: the answer to `photo` cannot be read"),
+        "{}",
+        said.out
+    );
+    assert!(begins("scales    none  the bridge's, not asked"), "{}", said.out);
 }
 
 /// Of scales that the bridge might have had it said that `--scales-at` names some.

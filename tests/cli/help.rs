@@ -130,9 +130,10 @@ fn a_folder_of_runs_is_heeded_and_not_noted() {
 fn a_topic_is_told_by_itself_and_below_the_command() {
     let scratch = Scratch::new("cli-help-topics");
     let topics = scratch.trueup(&["help"]).out;
-    for topic in
-        ["run", "task", "scene", "robot", "teach", "gap", "lab", "camera", "export", "trials"]
-    {
+    for topic in [
+        "run", "task", "scene", "robot", "bridge", "teach", "gap", "lab", "camera", "export",
+        "trials",
+    ] {
         let line = topics.lines().find_map(listed_topic(topic));
         assert!(line.is_some(), "{topic} in {topics}");
         let told = scratch.trueup(&["help", topic]);

@@ -184,16 +184,16 @@ fn a_visit_that_the_limits_refuse_leaves_the_arm_where_it_is_or_goes_above() {
     let mut context = scripts.context();
     let floor = context.cell().limits.floor;
     let at = |z: f64| trueup::execution::plan::side_pose(Vector3::new(0.5, 0.1, z), 0.2, 0.35);
-    let height = |context: &trueup::execution::context::ActionContext| {
-        let q = context.planned_q().to_vec();
+    let height = |context: &mut trueup::execution::context::ActionContext| {
+        let q = context.planned_q().unwrap().to_vec();
         context.cell().tool_pose(&q).origin().z
     };
-    let before = context.planned_q().to_vec();
+    let before = context.planned_q().unwrap().to_vec();
     // In the table there is no way at all, and nothing moves.
     assert!(context.visit(&at(-0.02)).is_err());
-    assert_eq!(context.planned_q(), before);
+    assert_eq!(context.planned_q().unwrap(), before);
     context.visit(&at(0.2)).unwrap();
-    assert!(height(&context) > 0.19 && height(&context) > floor);
+    assert!(height(&mut context) > 0.19 && height(&mut context) > floor);
 }
 
 /// From above, more of the fingers is beside a vase than the pads of a level hand: it is wider there than they open.

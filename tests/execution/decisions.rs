@@ -58,7 +58,7 @@ fn a_played_script_moves_as_the_recorded_one() {
 
     let mut played = scripts(&cancel, log.rewound());
     played.run("go.rhai", script, &BTreeMap::default()).unwrap();
-    assert_eq!(played.context().planned_q(), recorded.context().planned_q());
+    assert_eq!(played.context().planned_q().unwrap(), recorded.context().planned_q().unwrap());
     let (a, b) = (played.context().state().unwrap(), recorded.context().state().unwrap());
     assert_eq!((a.q, a.time), (b.q, b.time));
 

@@ -160,7 +160,7 @@ fn only_values_are_remembered() {
 #[test]
 fn arguments_out_of_range_are_told_with_the_range() {
     let mut scripts = open();
-    let q = scripts.context().planned_q().to_vec();
+    let q = scripts.context().planned_q().unwrap().to_vec();
     for (text, word) in [
         ("arm.move_to([]);", "7 joints"),
         ("arm.move_to([0.0, 0.0]);", "was given 2"),
@@ -194,7 +194,7 @@ fn arguments_out_of_range_are_told_with_the_range() {
             }
             other @ ScriptError::Wrong { .. } => panic!("{text}: {other}"),
         }
-        assert_eq!(scripts.context().planned_q(), q, "{text}");
+        assert_eq!(scripts.context().planned_q().unwrap(), q, "{text}");
     }
     // A script may act and plan often, and not without end.
     for (text, word) in [

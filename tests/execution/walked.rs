@@ -223,7 +223,7 @@ fn walk_dialled(
         }
     }
     let log = scripts.context().log().clone();
-    let q = scripts.context().planned_q().to_vec();
+    let q = scripts.context().planned_q().unwrap().to_vec();
     let ticks = std::mem::take(&mut ticks.lock().unwrap_or_else(PoisonError::into_inner).0);
     Walked { steps, ticks, log, q }
 }

@@ -169,6 +169,7 @@ pub(crate) fn pour(branch: &str, held: f64, off: f64, sigma: f64) -> Run {
         reached: outcome == Ending::Success,
         reason,
         device_help: None,
+        stop_unanswered: false,
         displaced: Vec::new(),
         seed: 1,
         robot: "lab".into(),

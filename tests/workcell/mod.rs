@@ -62,7 +62,7 @@ fn options(lab: LabSettings, seed: u64) -> Options {
 }
 
 /// A laboratory that is as assumed, so that regression 3 can be spared, with places that do.
-fn plain() -> Options {
+pub(crate) fn plain() -> Options {
     let mut lab = LabSettings::perfect();
     for (name, x_m, y_m) in [("jar", 0.60, 0.10), ("cup", 0.58, -0.22)] {
         lab.placement.fixed.insert(name.into(), Spot { x_m, y_m, yaw_rad: 0.3 });
@@ -81,7 +81,7 @@ pub(crate) fn dry() -> Source {
     Source::new("dry.task", text)
 }
 
-fn call(text: &str) -> Call {
+pub(crate) fn call(text: &str) -> Call {
     match parse_line(text).0 {
         Some(Step::Act(act)) => act.call,
         other => panic!("{text} is no call: {other:?}"),

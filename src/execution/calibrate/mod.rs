@@ -379,7 +379,7 @@ fn align_robot(context: &mut ActionContext, calibration: &mut Calibration) -> Re
     let (Some(ball), Some(marker)) = (robot.marker().copied(), robot.marker_in_flange()) else {
         return Err(Error::NoMarker);
     };
-    let start = context.planned_q().to_vec();
+    let start = context.planned_q()?.to_vec();
     let visits = visits(&scene);
     let mut touch_off = TouchOff {
         robot: &robot,

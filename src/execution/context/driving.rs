@@ -16,7 +16,7 @@ use super::super::wording;
 use super::super::worked::Working;
 use super::ActionContext;
 use super::moving::{Guard, PATIENCE, ROOM};
-use crate::arm::limits::Cleared;
+use crate::arm::limits::{Cleared, LimitError};
 use crate::arm::{Arm, Cancel, DeviceError, Feedback};
 use crate::trace::{Event, Unrehearsed};
 
@@ -93,7 +93,7 @@ impl ActionContext {
         }
         self.step.during = during;
         if done.is_err() && cut.is_none() && came_near.is_none() {
-            // A reality may hold the arm elsewhere than it was sent.
+            // A reality may hold the arm elsewhere than it was sent; one that does not answer is asked again before the next plan.
             let _ = self.find_arm();
         }
         match (done, cut, came_near) {
@@ -119,9 +119,17 @@ impl ActionContext {
         trajectory: Trajectory,
         path: &[Vec<f64>],
     ) -> Result<Cleared, ActionError> {
+        self.found()?;
         self.bridge(path)?;
+        self.cleared_from_here(trajectory)
+    }
+
+    /// Clears a trajectory that begins at the last command; an arm that is elsewhere is asked where before the next plan.
+    fn cleared_from_here(&mut self, trajectory: Trajectory) -> Result<Cleared, ActionError> {
         let from = self.body.arm().feedback()?.q_cmd;
-        Ok(self.setting.cell.clear(trajectory, &from)?)
+        let cleared = self.setting.cell.clear(trajectory, &from);
+        self.run.is_astray |= matches!(cleared, Err(LimitError::Jump { .. }));
+        Ok(cleared?)
     }
 
     /// Begins to take note of what a tool does while the arm moves.
@@ -155,7 +163,7 @@ impl ActionContext {
             return Err(error);
         }
         if let Some(last) = path.last() {
-            self.run.q.clone_from(last);
+            self.came_to(last);
         }
         Ok(())
     }
@@ -176,12 +184,11 @@ impl ActionContext {
         let way = [self.run.q.clone(), first.clone()];
         let trajectory =
             Trajectory::through_points(&way, &self.paced(BRIDGE_SPEED)).map_err(Refusal::from)?;
-        let from = self.body.arm().feedback()?.q_cmd;
-        let cleared = self.setting.cell.clear(trajectory, &from)?;
+        let cleared = self.cleared_from_here(trajectory)?;
         let led = self.follow_past(cleared, PATIENCE);
         self.uncount();
         if led.is_ok() {
-            self.run.q.clone_from(first);
+            self.came_to(first);
         } else {
             let _ = self.find_arm();
         }

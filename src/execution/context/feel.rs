@@ -141,7 +141,7 @@ impl ActionContext {
         most: f64,
         (threshold, speed): (f64, f64),
     ) -> Result<bool, ActionError> {
-        let path = self.slid(path);
+        let path = self.slid(path)?;
         let (_, rest) = self.torque_excess(REST)?;
         self.run.rest = Some(rest.clone());
         let way_in_base = self.in_base(way);
@@ -182,14 +182,14 @@ impl ActionContext {
 
     /// Returns a path from where the arm came to feel something, when it begins next to there, in place of from where it
     /// was planned to begin.
-    pub(super) fn slid(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let path = self.wound(path);
+    pub(super) fn slid(&mut self, path: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, ActionError> {
+        let path = self.wound(path)?;
         let begins_near = |first: &Vec<f64>| self.run.felt && distance(first, &self.run.q) < SLID;
         let Some(first) = path.first().filter(|first| begins_near(first)) else {
-            return path;
+            return Ok(path);
         };
         let off: Vec<f64> = self.run.q.iter().zip(first).map(|(is, was)| is - was).collect();
         let shift = |q: &Vec<f64>| q.iter().zip(&off).map(|(q, off)| q + off).collect();
-        path.iter().map(shift).collect()
+        Ok(path.iter().map(shift).collect())
     }
 }

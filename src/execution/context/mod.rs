@@ -41,9 +41,12 @@ use super::lines::{Gate, Running};
 use super::refusal::Refusal;
 use super::timing::Past;
 use super::wording;
-use crate::arm::Cancel;
+use crate::arm::{Cancel, Feedback};
 
 pub use brushed::Brushed;
+
+/// An arm whose joints are slower rests, rad/s: as where it is brought to rest.
+const RESTS: f64 = 0.01;
 
 /// What actions remember for later actions, by name.
 pub type Memory = BTreeMap<String, Dynamic>;
@@ -77,6 +80,8 @@ struct RunState {
     variant: usize,
     /// Where the plan has the arm, as the arm itself says it, rad.
     q: Vec<f64>,
+    /// Whether the arm may have been left elsewhere: it could not be asked, or was still to come to rest.
+    is_astray: bool,
     /// Joint torques with an empty hand, beyond the model, N·m.
     tare: Option<Vec<f64>>,
     memory: Memory,
@@ -155,6 +160,7 @@ impl ActionContext {
                 chance,
                 variant,
                 q,
+                is_astray: false,
                 tare: None,
                 memory: Memory::new(),
                 was_cut: false,
@@ -239,14 +245,35 @@ impl ActionContext {
         self.find_arm()
     }
 
-    /// Returns where the plan has the arm, rad.
-    pub fn planned_q(&self) -> &[f64] {
-        &self.run.q
+    /// Returns where the plan has the arm, rad: where the arm is, if it was left elsewhere.
+    ///
+    /// # Errors
+    ///
+    /// When the arm has to be asked for that and does not answer.
+    pub fn planned_q(&mut self) -> Result<&[f64], ActionError> {
+        self.found()?;
+        Ok(&self.run.q)
+    }
+
+    /// Finds the arm where it may have been left elsewhere than the plan has it: nothing is planned or begun from there.
+    pub(super) fn found(&mut self) -> Result<(), ActionError> {
+        if self.run.is_astray { self.find_arm() } else { Ok(()) }
+    }
+
+    /// Has the arm where a motion that was carried out ended, rad.
+    pub(super) fn came_to(&mut self, q: &[f64]) {
+        q.clone_into(&mut self.run.q);
+        self.run.is_astray = false;
     }
 
     /// Lets the plan begin where the arm was last sent.
+    ///
+    /// # Errors
+    ///
+    /// When the arm does not answer: it is asked again before the plan goes on from anywhere.
     pub fn find_arm(&mut self) -> Result<(), ActionError> {
-        let mut q = self.body.arm().feedback()?.q_cmd;
+        self.run.is_astray = true;
+        let Feedback { q_cmd: mut q, dq, .. } = self.body.arm().feedback()?;
         // A stop may leave a joint, or what is read of it, a hair past its range: plans begin inside.
         for (q, limit) in q.iter_mut().zip(self.setting.cell.robot.joints()) {
             if (*q - q.clamp(limit.lower, limit.upper)).abs() < self.setting.cell.limits.jump {
@@ -254,6 +281,9 @@ impl ActionContext {
             }
         }
         self.run.q = q;
+        // One that has just been stopped may not rest yet.
+        let moves = dq.iter().any(|dq| dq.abs() >= RESTS);
+        self.run.is_astray = moves || self.setting.cancel.is_cancelled();
         Ok(())
     }
 

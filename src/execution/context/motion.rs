@@ -185,7 +185,7 @@ impl ActionContext {
 
     /// `arm.follow(path, speed)`: a joint path at a fraction of the speed limits.
     pub fn follow(&mut self, path: &[Vec<f64>], speed: f64) -> Result<(), ActionError> {
-        let path = self.slid(path);
+        let path = self.slid(path)?;
         let trajectory =
             Trajectory::through_points(&path, &self.paced(speed)).map_err(Refusal::from)?;
         self.drive(self.dialled(trajectory), &path)
@@ -229,7 +229,7 @@ impl ActionContext {
         /// The share of the jerk that is used by a turn slower than the arm could make it: what is poured sloshes. Chosen: with
         /// twice as much a jar that had poured before gave 75 mL for 60, with this 56 (`two_cups` of `tests/tables`, seed 6).
         const GENTLE: f64 = 0.25;
-        let path = &self.wound(path)[..];
+        let path = &self.wound(path)?[..];
         let angle = turned_angle(&self.setting.cell.robot, path);
         let mut limits = self.paced(1.0);
         let timed = |limits: &trajectory::Limits| {
@@ -250,7 +250,7 @@ impl ActionContext {
     /// `arm.push(leg)`: the forward way of a push, slowly; the thing is believed to stand where the push ends, until it is
     /// seen.
     pub fn push(&mut self, leg: &Leg) -> Result<(), ActionError> {
-        let path = self.slid(&leg.way);
+        let path = self.slid(&leg.way)?;
         let trajectory =
             Trajectory::through_points(&path, &self.paced(1.0)).map_err(Refusal::from)?;
         let slower = leg.length / PUSHING / trajectory.duration().max(1e-3);
@@ -262,7 +262,7 @@ impl ActionContext {
 
     /// `arm.turn_back(path, rate)`: what is left of a turn, back to its beginning, from wherever it stopped.
     pub fn turn_back(&mut self, path: &[Vec<f64>], rate: f64) -> Result<(), ActionError> {
-        let path = self.wound(path);
+        let path = self.wound(path)?;
         // A hand that has left the path goes to the nearest point of it first.
         let onto = || {
             let off = |q: &[f64]| distance(q, &self.run.q);
@@ -279,7 +279,7 @@ impl ActionContext {
     /// of it. Measuring may decide how far, so the arm may go further than the rehearsal did, but not much.
     pub fn turn_to(&mut self, path: &[Vec<f64>], share: f64, rate: f64) -> Result<(), ActionError> {
         let share = share.clamp(0.0, 1.0);
-        let path = &self.wound(path)[..];
+        let path = &self.wound(path)?[..];
         let way = between(path, &self.run.q, share).ok_or(Refusal::NotOnPath)?;
         if self.run.log.is_playing() {
             let whole = turned_angle(&self.setting.cell.robot, path);
@@ -315,21 +315,23 @@ impl ActionContext {
 
     /// Returns a path with its joints that turn without an end turned by whole turns, so that it passes where the arm is as
     /// the arm is wound now: what was planned before a free motion does not know how often round that goes.
-    pub(super) fn wound(&self, path: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub(super) fn wound(&mut self, path: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, ActionError> {
+        self.found()?;
         let as_now = |q: &Vec<f64>| short_way(&self.setting.cell.robot, &self.run.q, q);
         let off = |q: &Vec<f64>| distance(&as_now(q), &self.run.q);
         let Some(near) = path.iter().min_by(|a, b| off(a).total_cmp(&off(b))) else {
-            return Vec::new();
+            return Ok(Vec::new());
         };
         let by: Vec<f64> = as_now(near).iter().zip(near).map(|(is, was)| is - was).collect();
         if by.iter().all(|by| by.abs() < 1.0) {
-            return path.to_vec();
+            return Ok(path.to_vec());
         }
-        path.iter().map(|q| q.iter().zip(&by).map(|(q, by)| q + by).collect()).collect()
+        Ok(path.iter().map(|q| q.iter().zip(&by).map(|(q, by)| q + by).collect()).collect())
     }
 
     /// Returns the way from where the hand is down to where it was at `q`; one point when it stands there.
-    fn way_down(&self, q: &[f64]) -> Result<Vec<Vec<f64>>, ActionError> {
+    fn way_down(&mut self, q: &[f64]) -> Result<Vec<Vec<f64>>, ActionError> {
+        self.found()?;
         if distance(q, &self.run.q) < STANDS_THERE {
             return Ok(vec![q.to_vec()]);
         }
@@ -343,6 +345,7 @@ impl ActionContext {
     }
 
     pub(super) fn planner(&mut self) -> Result<Planner, ActionError> {
+        self.found()?;
         let state = self.body.state()?;
         let (q, budget) = (self.run.q.clone(), self.budget());
         let planner = Planner::new(self.setting.cell.clone(), state, q, self.step.doubt, budget);

@@ -66,6 +66,7 @@ impl ActionContext {
         let (_, rest) = self.torque_excess(REST)?;
         self.run.rest = Some(rest.clone());
         let robot = self.setting.cell.robot.clone();
+        self.found()?;
         let ahead = self.in_base(&self.setting.cell.tool_pose(&self.run.q).axis(2));
         let mut pull =
             Pull { robot, rest, ahead, threshold: force, recent: VecDeque::new(), felt: false };
