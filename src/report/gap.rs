@@ -15,6 +15,9 @@ pub(super) fn headline(finding: &Finding) -> &'static str {
     match finding.verdict {
         Verdict::Named => "one effect is missing",
         Verdict::Several => "several effects are missing",
+        Verdict::Ambiguous if finding.effects.len() == 1 => {
+            "cannot tell: something else explains this equally well"
+        }
         Verdict::Ambiguous => "cannot tell: several effects explain this equally well",
         Verdict::Unknown => "something without a name is missing",
         Verdict::NothingMissing if !finding.identified.is_empty() => {

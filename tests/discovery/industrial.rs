@@ -78,6 +78,17 @@ fn milliseconds_called_seconds_are_told() {
     assert!(error.what.starts_with("`t` looks like milliseconds"), "{error:?}");
 }
 
+/// As they are, the speeds of these logs are within 0.4 % of the change of the angles.
+#[test]
+fn stamps_of_another_rate_are_told() {
+    for files in [["u14.csv", "u15.csv"], ["ptp.csv", "l14.csv"]] {
+        let Some(answer) = answered(&files, |row| row[0] *= 0.93) else { return };
+        let error = answer.map(|found| found.finding.reason).unwrap_err();
+        assert!(error.what.starts_with("`dq_n` is 0.9"), "{error:?}");
+        assert!(error.what.contains("each of the 6 joints"), "{error:?}");
+    }
+}
+
 /// In the second loaded excitation the load sits turned by half a turn.
 #[test]
 fn a_load_that_hangs_otherwise_is_another_machine() {

@@ -294,6 +294,15 @@ fn columns_that_cannot_be_what_they_are_called_are_refused() {
     assert!(error.what.contains("`q_2` follows `q_cmd_3`, not `q_cmd_2`"), "{error:?}");
 }
 
+/// Stamps 8 % too long were explained by a rotor and two wrong torque sensors.
+#[test]
+fn stamps_of_another_rate_than_the_speeds_are_refused() {
+    let error = refused(|r| r.time.iter_mut().for_each(|t| *t *= 1.08));
+    assert!(error.what.starts_with("`dq_n` is 1.08 times what the change of `q_n`"), "{error:?}");
+    assert!(error.help.contains("divide `t` by 1.08"), "{error:?}");
+    assert!(error.place.contains("columns `t` and `dq_n`"), "{error:?}");
+}
+
 /// Adds a multiple of what the arm weighs at each row, N·m.
 fn weigh(recording: &mut Recording, part: f64) {
     let robot = bare_arm();

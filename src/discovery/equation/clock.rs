@@ -5,9 +5,10 @@
 //! recording lacks are told apart by who knows the camera.
 
 use super::columns::Data;
-use super::estimate::Task;
+use super::estimate::{Estimate, Task};
 use super::fitting::{Bench, Fitted};
 use super::hypothesis::{Hypothesis, Question};
+use super::rivals::WORSE;
 use super::score::twice_log_ratio;
 use crate::discovery::finding::TIE;
 
@@ -20,10 +21,19 @@ const NEARER: usize = 6;
 /// Iterations in which first values and free parameters follow.
 const FOLLOWED: usize = 12;
 
+/// Another clock, along which the model as it was given explains the data fitted as well as what was found does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clock {
+    /// How many times as long as written times would be.
+    pub(super) factor: f64,
+    /// Whether it predicts the data held out as well. What is no law of the machine has to, however few rows count.
+    pub(super) predicts: bool,
+}
+
 impl Question<'_> {
-    /// Returns by which factor the times would have to be others for the model as it was given to explain the recordings as well
-    /// as the one effect found does; `None` where none does, or something drives the model.
-    pub(super) fn clock(&self, nominal: &Hypothesis, shown: &Hypothesis) -> Option<f64> {
+    /// Returns the clock along which the model as it was given explains the data fitted as well as the one effect found does; `None`
+    /// where there is none, or something drives the model.
+    pub(super) fn clock(&self, nominal: &Hypothesis, shown: &Hypothesis) -> Option<Clock> {
         let compiled = &nominal.fitted.compiled;
         let is_asked = shown.effects.len() == 1 && !self.bench.is_spent();
         if !is_asked || !compiled.inputs.is_empty() || compiled.states.is_empty() {
@@ -32,22 +42,23 @@ impl Question<'_> {
         self.pace(&nominal.fitted, shown)
     }
 
-    fn pace(&self, own: &Fitted, shown: &Hypothesis) -> Option<f64> {
+    fn pace(&self, own: &Fitted, shown: &Hypothesis) -> Option<Clock> {
         let train = &shown.fitted.train;
-        let sums = |log: f64| {
+        let fit = |log: f64| -> Option<Estimate> {
             let paced = at_pace(&self.bench, log.exp());
             // Rounding must not cut otherwise what is only stretched.
             let windows = self.bench.task(&own.compiled).windows;
             let task = Task { windows, ..paced.task(&own.compiled) };
             let found = task.fit(&own.train.point, FOLLOWED).ok()?;
-            found.residuals.iter().all(|left| !left.is_empty()).then_some(found.sums)
+            found.residuals.iter().all(|left| !left.is_empty()).then_some(found)
         };
         // What is left, by output in units of what the effect leaves.
         let left = |log: f64| -> f64 {
             let part = |((there, _), (here, _)): (&(f64, usize), &(f64, usize))| {
                 there / here.max(f64::MIN_POSITIVE)
             };
-            sums(log).map_or(f64::INFINITY, |all| all.iter().zip(&train.sums).map(part).sum())
+            let all = |found: Estimate| found.sums.iter().zip(&train.sums).map(part).sum::<f64>();
+            fit(log).map_or(f64::INFINITY, all)
         };
         let n = (WIDEST / APART).round() as i32;
         let tried = (-n..=n).map(|k| f64::from(k) * APART).map(|log| (left(log), log));
@@ -66,8 +77,22 @@ impl Question<'_> {
         }
         let counts = train.sums.iter().map(|(_, n)| *n as f64);
         let effective: Vec<f64> = shown.whites[0].iter().zip(counts).map(|(w, n)| w * n).collect();
-        let behind = twice_log_ratio(&sums(log)?, &train.sums, &effective, &self.floors);
-        (behind < TIE).then(|| log.exp())
+        let found = fit(log)?;
+        let behind = twice_log_ratio(&found.sums, &train.sums, &effective, &self.floors);
+        if behind >= TIE {
+            return None;
+        }
+        let (factor, fitted) = (log.exp(), Fitted { train: found, ..own.clone() });
+        Some(Clock { factor, predicts: self.predicts(factor, fitted, shown) })
+    }
+
+    /// Returns whether the model as it was given, `fitted` along another clock, predicts the data held out as well as what was found.
+    fn predicts(&self, factor: f64, fitted: Fitted, shown: &Hypothesis) -> bool {
+        let near = Some((&shown.fitted.compiled, &shown.held));
+        let held = at_pace(&self.bench, factor).held_out(&fitted, near);
+        let paced = held.map(|held| Hypothesis::of(Vec::new(), fitted, held));
+        let most = (1.0 + WORSE) * self.size(&shown.held);
+        paced.is_some_and(|paced| self.size(&paced.held) < most)
     }
 }
 
@@ -80,6 +105,7 @@ fn at_pace(bench: &Bench, factor: f64) -> Bench {
     };
     Bench {
         train: bench.train.iter().map(paced).collect(),
+        held: bench.held.iter().map(paced).collect(),
         row: factor * bench.row,
         ..bench.clone()
     }
@@ -98,12 +124,12 @@ mod tests {
     const DRAGGED: &str = "model m {\n param k = free ~ 0.4\n state y = free, v = free\n y' = v\n v' = -9.81 - k*v\n output y = y\n}\n";
 
     /// How else times would have to be for what was seen to be a free fall, where `text` explains it with one number.
-    fn pace(text: &str, seen: fn(f64) -> f64) -> Option<f64> {
-        pace_without(text, 0, seen)
+    fn pace(text: &str, seen: fn(f64) -> f64) -> Option<Clock> {
+        pace_without(text, 0, 1.0, seen)
     }
 
-    /// As [`pace`], with so many rows missing in the middle.
-    fn pace_without(text: &str, missing: u32, seen: fn(f64) -> f64) -> Option<f64> {
+    /// As [`pace`], with so many rows missing in the middle, and so much less left of the squares held out by what was found.
+    fn pace_without(text: &str, missing: u32, less: f64, seen: fn(f64) -> f64) -> Option<Clock> {
         let mut bench = unseen(60, 1e-3, |_| 0.0);
         for data in bench.train.iter_mut().chain(&mut bench.held) {
             data.inputs.clear();
@@ -123,14 +149,22 @@ mod tests {
         let given = model_in(FALLS, "m").unwrap();
         let (floors, refused, whole) = (vec![0.0], Vec::new(), [1.0; 2]);
         let question = Question { bench, name: "m", given, floors, refused, whole };
-        let shown = question.judged(Vec::new(), found, None).unwrap();
+        let mut shown = question.judged(Vec::new(), found, None).unwrap();
+        shown.held.sums.iter_mut().for_each(|(sum, _)| *sum *= less);
         question.pace(&own, &shown)
     }
 
     #[test]
     fn a_scale_of_a_fall_may_be_a_clocks() {
         let found = pace(SCALED, |t| 1.0 + 1.6 * t - 4.905 * (0.8 * t).powi(2)).unwrap();
-        assert!((found - 0.8).abs() < 1e-3, "{found}");
+        assert!((found.factor - 0.8).abs() < 1e-3 && found.predicts, "{found:?}");
+    }
+
+    #[test]
+    fn a_clock_that_predicts_worse_is_no_doubt() {
+        let falls = |t: f64| 1.0 + 1.6 * t - 4.905 * (0.8 * t).powi(2);
+        let found = pace_without(SCALED, 0, 0.5, falls).unwrap();
+        assert!((found.factor - 0.8).abs() < 1e-3 && !found.predicts, "{found:?}");
     }
 
     /// A step of five usual ones is no gap and six are one; times stretched by a factor said otherwise by rounding, and a stretch
@@ -138,8 +172,8 @@ mod tests {
     #[test]
     fn a_clock_cuts_no_recording_otherwise() {
         let falls = |t: f64| 1.0 + 1.6 * t - 4.905 * (0.8 * t).powi(2);
-        let found = pace_without(SCALED, 4, falls).unwrap();
-        assert!((found - 0.8).abs() < 1e-3, "{found}");
+        let found = pace_without(SCALED, 4, 1.0, falls).unwrap();
+        assert!((found.factor - 0.8).abs() < 1e-3, "{found:?}");
     }
 
     #[test]

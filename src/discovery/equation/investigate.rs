@@ -145,6 +145,7 @@ pub fn investigate(
         is_noise,
         formula,
         undetermined,
+        clock: None,
         notes,
     };
     Ok(report.outcome())

@@ -11,6 +11,7 @@ use super::super::finding::{
 };
 use super::super::resample::is_unseen;
 use super::super::{Trace, Why, by_channel};
+use super::clock::Clock;
 use super::edit::{apply, diff};
 use super::hypothesis::{Chosen, Gain, Hypothesis, Question, with_values};
 use super::investigate::Outcome;
@@ -35,6 +36,8 @@ pub(super) struct Report<'a> {
     pub(super) formula: Option<Formula>,
     /// Parameters of the model as given that fit as well far from where they ended.
     pub(super) undetermined: Vec<String>,
+    /// Another clock that says as much as what was found; asked for while the answer is put together.
+    pub(super) clock: Option<Clock>,
     pub(super) notes: Vec<String>,
 }
 
@@ -47,6 +50,7 @@ impl Report<'_> {
         };
         let (noise_floor, before, after) = self.numbers(shown);
         let gap = Gap::of(before, after, noise_floor);
+        self.clock = self.question.clock(&self.search.nominal, shown);
         let verdict = self.verdict(shown);
         let effects = match verdict {
             Verdict::Unknown => self.unnamed(shown),
@@ -58,8 +62,8 @@ impl Report<'_> {
         if verdict == Verdict::Unknown && !effects.is_empty() {
             self.notes.push(wording::validity(&seen(self.question, shown)));
         }
-        if let Some(factor) = self.question.clock(&self.search.nominal, shown) {
-            self.notes.push(wording::another_clock(factor));
+        if let Some(Clock { factor, predicts }) = self.clock {
+            self.notes.push(wording::another_clock(factor, predicts));
         }
         let (open, fitted): (Vec<FittedParam>, Vec<FittedParam>) = self
             .fitted(shown)
@@ -139,7 +143,7 @@ impl Report<'_> {
         if verdict == Verdict::Unknown && effects.is_empty() && self.question.is_unshown(nominal) {
             return wording::not_shown(gap);
         }
-        let mut reason = wording::reason(verdict, gap, effects);
+        let mut reason = wording::reason(verdict, gap, effects, self.clock_in_doubt());
         if let Some(Formula::Refused { train, heldout }) = formula {
             reason.push_str(&wording::refused(*train, *heldout, LEAST_PREDICTED));
         }
@@ -159,9 +163,16 @@ impl Report<'_> {
         }
     }
 
-    /// Which effects of the best hypothesis the data cannot tell from others.
+    /// Which effects of the best hypothesis the data cannot tell from others, or from another clock.
     fn doubtful(&self) -> Vec<usize> {
-        (0..self.search.best.effects.len()).filter(|i| !self.ties(*i).is_empty()).collect()
+        let is_clocks = self.clock_in_doubt().is_some();
+        let all = 0..self.search.best.effects.len();
+        all.filter(|i| is_clocks || !self.ties(*i).is_empty()).collect()
+    }
+
+    /// How many times as long as written times would be, if such a clock says all that the effect found does.
+    fn clock_in_doubt(&self) -> Option<f64> {
+        self.clock.filter(|clock| clock.predicts).map(|clock| clock.factor)
     }
 
     /// Rivals that the data cannot tell from an effect of the best hypothesis.
@@ -180,7 +191,7 @@ impl Report<'_> {
             let ties = self.ties(i);
             let mut own = effect(&search.best, chosen, *gain, *stability);
             own.alternatives = rivals.iter().map(|rival| alternative(rival, chosen)).collect();
-            own.indistinguishable = !ties.is_empty();
+            own.indistinguishable = self.clock_in_doubt().is_some() || !ties.is_empty();
             effects.push(own);
             for rival in ties {
                 let Some(last) = rival.hypothesis.effects.last() else { continue };
@@ -261,6 +272,7 @@ impl Report<'_> {
                 let settled = (found.settled, rivals.len());
                 wording::settled_by(effects, found.input, settled, found.sigma)
             }
+            None if rivals.is_empty() => wording::clock_settles(effects),
             None => wording::nothing_settles(effects),
         };
         (Some(NextExperiment { why, commands: None }), found.map(|found| found.csv))

@@ -44,7 +44,7 @@ pub struct Judged {
 }
 
 /// A root mean square on held-out data that is larger by this part is worse.
-const WORSE: f64 = 0.03;
+pub(super) const WORSE: f64 = 0.03;
 /// One that is larger by no more than this is the same.
 const SAME: f64 = 0.01;
 /// A constant force of an input, and one against the motion.

@@ -29,8 +29,14 @@ fn listed<'e>(effects: impl IntoIterator<Item = &'e Effect>, between: &str) -> S
     names.join(between)
 }
 
-/// The verdict's reason, one sentence.
-pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String {
+/// The verdict's reason, one sentence; `clock` is how many times as long as written times would be for the model as it is to say as
+/// much as an effect in doubt.
+pub(super) fn reason(
+    verdict: Verdict,
+    gap: &Gap,
+    effects: &[Effect],
+    clock: Option<f64>,
+) -> String {
     let from_to = format!(
         "the gap on held-out data falls from {} to {} of the signal",
         percent(gap.before.heldout),
@@ -61,7 +67,11 @@ pub(super) fn reason(verdict: Verdict, gap: &Gap, effects: &[Effect]) -> String 
             } else {
                 format!(", beside {}", listed(sure, " and "))
             };
-            format!("{} explain the data equally well{beside}; {from_to}", listed(doubtful, " or "))
+            let clock = clock.map_or_else(String::new, |factor| {
+                format!(" or a wrong clock (times {} times as long)", significant(factor, 4))
+            });
+            let doubtful = listed(doubtful, " or ");
+            format!("{doubtful}{clock} explain the data equally well{beside}; {from_to}")
         }
     }
 }
@@ -217,6 +227,15 @@ pub(super) fn nothing_settles(effects: &[Effect]) -> String {
     )
 }
 
+/// That only the clock itself would settle whether an effect is there.
+pub(super) fn clock_settles(effects: &[Effect]) -> String {
+    let doubtful = effects.iter().filter(|effect| effect.indistinguishable);
+    format!(
+        "record something whose duration is known with the same clock: with a clock that is right it is {}",
+        listed(doubtful, " or ")
+    )
+}
+
 /// Which input would settle a doubt, for `settled` of the rivals, and by how many standard deviations of the noise.
 pub(super) fn settled_by(
     effects: &[Effect],
@@ -325,11 +344,15 @@ pub(super) fn inputs_between(hold: Hold, later: Option<f64>, open: Option<f64>) 
     text
 }
 
-/// That times so many times as long as written explain the recordings as well as what was found.
-pub(super) fn another_clock(factor: f64) -> String {
+/// That times so many times as long as written explain the data fitted as well as what was found, and whether those held out.
+pub(super) fn another_clock(factor: f64, predicts: bool) -> String {
+    let what = if predicts {
+        "explains the recordings as well"
+    } else {
+        "explains the data fitted as well, and predicts those held out worse"
+    };
     format!(
-        "with times {} times as long as written the model as it is explains the recordings as well: check the clock, or the frame rate of \
-         the video, first",
+        "with times {} times as long as written the model as it is {what}: check the clock, or the frame rate of the video, first",
         significant(factor, 4)
     )
 }

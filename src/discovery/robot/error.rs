@@ -112,6 +112,18 @@ pub enum Misfit {
         /// Its speed over the change of its angle.
         ratio: f64,
     },
+    /// The speeds of all joints are the same multiple, near to one, of what angles and stamps say.
+    #[error(
+        "`dq_n` is {} times what the change of `q_n` over `t` says, in each of the {joints} joints that move enough to tell: \
+         time stamps or speeds are wrong by this factor",
+        significant(*.ratio, 3)
+    )]
+    Paced {
+        /// Which multiple.
+        ratio: f64,
+        /// Of how many joints.
+        joints: usize,
+    },
     /// One column is a multiple of what another says.
     #[error(
         "`{}` {} {} times what {} says",

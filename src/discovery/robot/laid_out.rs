@@ -9,6 +9,7 @@ use super::explain::ArmGap;
 use super::gravity;
 use super::known::known;
 use super::load::{Load, Thing};
+use super::pace;
 use super::plant::{Arm, Course};
 use super::plausible;
 use super::simulate::Model;
@@ -74,8 +75,10 @@ fn models(
     for recording in train.iter().chain(heldout) {
         let arm = Arm::of(robot, recording)?;
         recording.check_joints(&robot.sliding())?;
-        let data = Data::new(recording, arm.chain.n(), robot.joints())?;
+        let mut data = Data::new(recording, arm.chain.n(), robot.joints())?;
         plausible::check(&arm, robot.joints(), &data, &recording.name)?;
+        let paced = pace::check(&data, &recording.name)?;
+        data.notes.extend(paced);
         read.push((arm, data));
     }
     channels::settle_noise(read.iter_mut().map(|(_, data)| data));

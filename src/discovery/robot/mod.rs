@@ -33,6 +33,7 @@ mod cells;
 mod currents;
 mod gravity;
 mod links;
+mod pace;
 mod places;
 mod plausible;
 mod poses;

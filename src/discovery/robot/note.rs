@@ -89,6 +89,13 @@ pub enum Note {
         /// By how much they are off, s.
         off: f64,
     },
+    /// The speeds of joints are not the change of their angles.
+    Paced {
+        /// Which recording.
+        recording: String,
+        /// Which joints, from 0, each with its speed over the change of its angle.
+        joints: Vec<(usize, f64)>,
+    },
     /// A channel tells nothing in any recording.
     NeverChanges {
         /// Which channel.
@@ -167,6 +174,18 @@ impl fmt::Display for Note {
                 "{recording}: the samples are evenly spaced, their time stamps jitter by {} ms; an even clock is used",
                 significant(off * 1e3, 2)
             ),
+            Self::Paced { recording, joints } => {
+                let off = |(joint, ratio): &(usize, f64)| {
+                    let (n, ratio) = (joint + 1, significant(*ratio, 3));
+                    format!("`dq_{n}` is {ratio} times what the change of `q_{n}` says")
+                };
+                let off: Vec<String> = joints.iter().map(off).collect();
+                write!(
+                    f,
+                    "{recording}: {}; check units and gear ratios of the encoders",
+                    off.join(", ")
+                )
+            }
             Self::NeverChanges { channel } => {
                 write!(f, "{channel} never changes: nothing is said of it")
             }

@@ -27,7 +27,7 @@ const ANOTHERS: [f64; 2] = [0.9, 0.99];
 pub(super) const COARSE: f64 = 0.5;
 
 /// An arm moves if a joint turns by this, rad.
-const MOVES: f64 = 0.05;
+pub(super) const MOVES: f64 = 0.05;
 
 /// A torque stands out of its noise by this factor.
 pub(super) const SURE: f64 = 5.0;
@@ -36,7 +36,7 @@ pub(super) const SURE: f64 = 5.0;
 const SAME: f64 = 0.2;
 
 /// So many joints do not show the same multiple by chance.
-const ENOUGH: usize = 3;
+pub(super) const ENOUGH: usize = 3;
 
 /// A file may be wrong by this factor in what several joints need, and the unit be right.
 const FAR: f64 = 3.0;

@@ -59,6 +59,13 @@ impl Misfit {
                     "say so in the header, `t[{unit}]`, or with `--map 't=t[{unit}]'`"
                 ));
             }
+            Self::Paced { ratio, .. } => {
+                return Cow::Owned(format!(
+                    "accelerations rest on both, so no effect is named: if the rows were taken at another rate than `t` says, \
+                     divide `t` by {}; if the speeds are wrong, correct them or leave the columns `dq_n` out",
+                    significant(*ratio, 3)
+                ));
+            }
             Self::Scaled { pair, .. } => {
                 return Cow::Owned(format!(
                     "write the unit of each column in the header, such as `{}`, or give it with `--map`",

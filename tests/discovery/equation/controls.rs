@@ -8,7 +8,7 @@ use trueup::discovery::finding::{Finding, Verdict};
 use trueup::discovery::recording::{Map, Recording};
 
 use super::planted::CART;
-use super::{ask, normal, table, wiggle};
+use super::{ask, normal, record, table, wiggle};
 
 type Row = [f64; 3];
 
@@ -129,6 +129,26 @@ fn a_ball_in_a_video_falls_freely_and_a_light_one_is_dragged() {
         let drags = ["linear_damping", "quadratic_drag"];
         assert!(light.effects.iter().all(|e| drags.contains(&e.name.as_str())), "{light:#?}");
     }
+}
+
+/// A fall that looks slow was called a wrong scale of the sensor, in no doubt, beside a note that a wrong clock says as much.
+#[test]
+fn a_fall_at_another_rate_may_be_the_clock_s() {
+    let model = "model ball {\n    state h = free, v = free\n    h' = v\n    v' = -9.80665\n    output y = h\n}\n";
+    let made = |seed: u32| {
+        let start = [20.0, 3.0 * f64::from(seed)];
+        let rates = |_: f64, _: f64, x: &[f64]| vec![x[1], -7.75];
+        record(90, 1.0 / 60.0, seed, 5e-3, &start, rates, |_, x| x[0], |_| 0.0)
+    };
+    let outcome = ask(model, &[made(1), made(2)]).unwrap();
+    let finding = &outcome.finding;
+    assert_eq!(finding.verdict, Verdict::Ambiguous, "{finding:#?}");
+    let [effect] = &finding.effects[..] else { panic!("{finding:#?}") };
+    assert!(effect.indistinguishable, "{effect:#?}");
+    assert!(finding.reason.contains("or a wrong clock (times 0.88"), "{}", finding.reason);
+    assert_eq!(outcome.text, model);
+    let next = finding.next_experiment.as_ref().unwrap();
+    assert!(next.why.contains("whose duration is known"), "{next:?}");
 }
 
 /// Fitted to one machine and judged on another, a model is not right because it fits the first.
