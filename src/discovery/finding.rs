@@ -340,8 +340,8 @@ impl Gap {
     /// Returns how much of it is explained, by the data held out.
     pub fn explains(&self) -> Explains {
         let (part, rest) = (self.shrink_heldout, self.after.heldout);
-        // What is left near the noise may be little explained, but not by nothing.
-        let is_small = rest < ESTIMATED || (rest < NEAR_NOISE && part > 0.0);
+        // What is left near the noise may be little explained, but not by next to nothing.
+        let is_small = rest < ESTIMATED || (rest < NEAR_NOISE && part >= MATTERS);
         if rest < ESTIMATED || (is_small && part >= EXPLAINED) {
             Explains::All
         } else if part >= EXPLAINED || is_small {
