@@ -59,13 +59,7 @@ impl Misfit {
                     "say so in the header, `t[{unit}]`, or with `--map 't=t[{unit}]'`"
                 ));
             }
-            Self::Paced { ratio, .. } => {
-                return Cow::Owned(format!(
-                    "accelerations rest on both, so no effect is named: if the rows were taken at another rate than `t` says, \
-                     divide `t` by {}; if the speeds are wrong, correct them or leave the columns `dq_n` out",
-                    significant(*ratio, 3)
-                ));
-            }
+            Self::Paced { ratio, .. } => return Cow::Owned(paced(*ratio)),
             Self::Scaled { pair, .. } => {
                 return Cow::Owned(format!(
                     "write the unit of each column in the header, such as `{}`, or give it with `--map`",
@@ -126,6 +120,15 @@ impl Misfit {
         };
         Cow::Borrowed(help)
     }
+}
+
+/// Says what to do about stamps and speeds that are off by one factor.
+fn paced(ratio: f64) -> String {
+    format!(
+        "accelerations rest on both, so no effect is named: if the rows were taken at another rate than `t` says, \
+         divide `t` by {}; if the speeds are wrong, correct them or leave the columns `dq_n` out",
+        significant(ratio, 3)
+    )
 }
 
 /// Says what to do about an arm whose torques are of another gravity, m/s² in the base's axes.
