@@ -344,7 +344,10 @@ mod tests {
         let when = ["all", "risky", "none"].map(str::to_owned);
         assert_eq!(offered(":set confirm "), (13, when.to_vec()));
         assert_eq!(offered(":set dose filled(ja"), (17, vec!["jar".into()]));
-        assert_eq!(offered(":quiz po"), (6, vec!["pour".into()]));
+        assert_eq!(
+            offered(":quiz po"),
+            (6, ["pour", "poured", "pouring"].map(str::to_owned).to_vec())
+        );
         assert_eq!(offered(":quiz vis"), (6, vec!["visible".into()]));
         assert_eq!(offered(":break gras"), (7, vec!["grasp".into()]));
         assert_eq!(offered(":phrase \"empty the {o}\" = po"), (26, vec!["pour(".into()]));

@@ -109,7 +109,7 @@ fn after_a_stop_that_is_answered_late_the_next_motion_begins_where_the_arm_is() 
     let options = Options { robot: "bridge".into(), scene: Some(dry()), ..plain() };
     let mut home = Vec::new();
     let mut cell = WorkCell::open_with(options, |robot, scene, _| {
-        home = robot.pose("home").unwrap().to_vec();
+        home = robot.pose("retract").unwrap().to_vec();
         let names: Vec<&str> = robot.joints().iter().map(|joint| joint.name.as_str()).collect();
         let wanted = wanted(&scene.robot, &names);
         let bridged = bridge::connect(&place, wanted, cancel.clone()).unwrap();
