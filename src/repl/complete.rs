@@ -104,6 +104,9 @@ impl Helper {
         let start = before[from..].rfind(|c| !is_name(c)).map_or(from, |at| {
             from + at + before[from + at..].chars().next().map_or(1, char::len_utf8)
         });
+        // A number stays as it is; what is offered follows it.
+        let is_number = before[start..].starts_with(|c: char| c.is_ascii_digit());
+        let start = if is_number { pos } else { start };
         let mut offers = assist::complete(&place);
         if !is_call && start == from && pos > from && offers.is_empty() {
             // A question may stand alone here, as it may behind `check`.
@@ -362,6 +365,7 @@ mod tests {
         );
         assert!(!found.contains(&"jar".to_owned()), "{found:?}");
         assert_eq!(offered("put(jar, at: le"), (13, vec!["left_of(".into()]));
+        assert_eq!(offered("pour(jar, cup, amount: 120").0, 26);
     }
 
     #[test]

@@ -224,7 +224,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
         scope: &'scope Scope<'scope, 'env>,
     ) -> Self {
         let library = cell.library().clone();
-        let (cancel, clock) = (cell.cancel(), cell.clock());
+        let clock = cell.clock();
         Self {
             robot: cell.robot_name().to_owned(),
             aside: None,
@@ -239,7 +239,7 @@ impl<'scope, 'env> Session<'scope, 'env> {
             runs: Vec::new(),
             made: Vec::new(),
             values: Values::default(),
-            calculator: Calculator::new(move || cancel.is_cancelled()),
+            calculator: Calculator::new(|| false),
             confirm: if hands.is_sure { Confirm::None } else { Confirm::default() },
             pending: None,
             taught: Taught::read(hands.home, style),

@@ -110,9 +110,16 @@ impl Session<'_, '_> {
         if let Some(wanted) = line.strip_prefix("clear")
             && (wanted.is_empty() || wanted.starts_with([' ', '"']))
         {
+            let before = self.taught.phrases.len();
             let kept = self.taught.forget(wanted.trim())?;
+            let forgotten = before - self.taught.phrases.len();
+            let back = if kept.is_some() { "; `:undo-edit` brings them back" } else { "" };
             self.note_change(kept);
-            self.list_phrases();
+            if forgotten > 1 {
+                self.style.say(format!("{forgotten} phrases are forgotten{back}"));
+            } else {
+                self.list_phrases();
+            }
             return Ok(());
         }
         if line.is_empty() {

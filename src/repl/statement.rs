@@ -63,7 +63,10 @@ impl Session<'_, '_> {
     }
 
     fn calculate(&mut self, expression: &str) -> Result<(), Failure> {
-        self.bench.cell()?.cancel().clear();
+        let cancel = self.bench.cell()?.cancel();
+        cancel.clear();
+        // `:reset` brings another laboratory, with a wish of its own.
+        self.calculator.stops_when(move || cancel.is_cancelled());
         if let Some(answer) = self.calculator.answer(expression)? {
             self.style.say(answer);
         }
