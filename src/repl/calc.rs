@@ -114,6 +114,12 @@ fn of_whole(a: i64, b: i64) -> Answer {
     }
 }
 
+/// Returns whether a text is not of the language of scripts, or has names that it does not know.
+fn is_of_words(error: &EvalAltResult) -> bool {
+    use EvalAltResult::{ErrorFunctionNotFound, ErrorParsing, ErrorVariableNotFound};
+    matches!(error, ErrorParsing(..) | ErrorVariableNotFound(..) | ErrorFunctionNotFound(..))
+}
+
 /// Registers the four operations for pairs of types.
 macro_rules! operations {
     ($engine:ident: $($a:ty, $b:ty;)+) => {
@@ -238,9 +244,12 @@ impl Calculator {
                 let message = error.to_string();
                 let said = message.split(" (line ").next().unwrap_or(&message);
                 let said = said.strip_prefix("Runtime error: ").unwrap_or(said);
-                let failure = Failure::input("repl::calculator", said.to_owned()).help(
-                    "behind `!` a unit is a factor, `150 * mL / 3`; without it a line takes units as usual, `150 mL / 3`",
-                );
+                let mut failure = Failure::input("repl::calculator", said.to_owned());
+                if is_of_words(&error) {
+                    failure = failure.help(
+                        "behind `!` a unit is a factor, `150 * mL / 3`; without it a line takes units as usual, `150 mL / 3`",
+                    );
+                }
                 Err(match (place.line(), place.position()) {
                     (Some(line), Some(column)) => failure.at(format!("prompt:{line}:{column}")),
                     _ => failure,
