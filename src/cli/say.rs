@@ -57,16 +57,8 @@ pub(super) fn say(args: &SayArgs, cli: &Shared, style: Style) -> Result<Exit, Fa
             defaults: Vec::new(),
         }),
         _ => {
-            let with = Knowledge {
-                library: &library,
-                things: &things,
-                phrases: &phrases,
-                it: None,
-                // A scene file says what there is, not where.
-                spot: &|_| None,
-                // Whether it can be done now is asked before it is done, with the camera's eyes.
-                hindrance: &|_| None,
-            };
+            // Whether it can be done now is asked before it is done, with the camera's eyes.
+            let with = Knowledge { phrases: &phrases, ..Knowledge::on_paper(&library, &things) };
             sentence::understand(&args.sentence, &with)
         }
     };

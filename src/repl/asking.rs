@@ -125,14 +125,7 @@ impl Session<'_, '_> {
     fn instead(&self, word: &str) -> Option<String> {
         let scene = self.library.scene(self.library.default_scene());
         let things = scene.map(|(scene, _)| sentence::things(scene)).unwrap_or_default();
-        let with = Knowledge {
-            library: &self.library,
-            things: &things,
-            phrases: &[],
-            it: None,
-            spot: &|_| None,
-            hindrance: &|_| None,
-        };
+        let with = Knowledge::on_paper(&self.library, &things);
         sentence::instead(&sentence::words(word), &with)
     }
 

@@ -151,14 +151,7 @@ impl Session<'_, '_> {
     fn judged(&self, phrase: &Phrase) -> Result<Option<(String, String)>, Failure> {
         let scene = self.library.scene(self.library.default_scene());
         let things = scene.map(|(scene, _)| sentence::things(scene)).unwrap_or_default();
-        let with = Knowledge {
-            library: &self.library,
-            things: &things,
-            phrases: &[],
-            it: None,
-            spot: &|_| None,
-            hindrance: &|_| None,
-        };
+        let with = Knowledge::on_paper(&self.library, &things);
         sentence::sound(phrase, &with).map_err(|wrong| refused("repl::phrase", wrong))?;
         let words = sentence::single_words(phrase);
         if let Some(word) = words.iter().find(|word| self.is_taken(word)) {

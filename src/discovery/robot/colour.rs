@@ -1,6 +1,6 @@
 //! Coloured noise, which is larger than differences of rows say, told from what is missing.
 //!
-//! Not a test of what it follows: that is the search's, and this is asked only where the search found nothing, or next to nothing.
+//! Not a test of what it follows: that is the search's, and this is asked only where the search found nothing.
 
 use super::channels::Quantity;
 use super::explain::{ArmGap, WithKnown};

@@ -1,6 +1,5 @@
 //! What a search of an arm's recordings found, and whether it is told.
 
-use super::colour::coloured_noise;
 use super::driven::is_driven;
 use super::explain::ArmGap;
 use super::links::own::Links;
@@ -51,22 +50,6 @@ impl Found {
         let was = selection::split(before, &nothing).heldout;
         let left = selection::split(gap, best).heldout;
         takes_little(best.terms.len(), (was, left), gap.count(selection::reported(gap)))
-    }
-
-    /// Returns whether what was found takes next to nothing of what would else be told as coloured noise: in rows that are like their
-    /// neighbours names are found by chance.
-    pub(super) fn is_among_noise(&self, gap: &ArmGap) -> bool {
-        let (before, nothing) = self.as_it_was(gap);
-        let best = &self.outcome.best;
-        if best.terms.is_empty() || !gap.is_along() {
-            return false;
-        }
-        let was = selection::split(before, &nothing).heldout;
-        let left = selection::split(gap, best).heldout;
-        let rows = gap.count(selection::reported(gap));
-        shrink(was, left, 1.0) < MATTERS
-            && above_noise(left.powi(2) * rows as f64, rows) > SIGNIFICANT
-            && coloured_noise(before, &nothing).is_some()
     }
 
     /// Returns the model as it was with nothing found.

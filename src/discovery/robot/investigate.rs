@@ -291,10 +291,7 @@ fn told(
         notes.push(wording::not_borne_out());
         found.without(gap)
     } else if found.is_little(&gap) {
-        notes.push(wording::too_little(found.outcome.best.terms.len(), false));
-        found.without(gap)
-    } else if noise_is_estimated && found.is_among_noise(&gap) {
-        notes.push(wording::too_little(found.outcome.best.terms.len(), true));
+        notes.push(wording::too_little_for_a_list(found.outcome.best.terms.len()));
         found.without(gap)
     } else {
         (gap, found)

@@ -141,18 +141,10 @@ pub(super) fn not_borne_out() -> String {
 }
 
 /// That so many effects, which take next to nothing of the gap, are not told.
-pub(super) fn too_little(n_effects: usize, in_coloured_noise: bool) -> String {
-    let effects = match n_effects {
-        1 => "an effect that takes".to_owned(),
-        n => format!("{n} effects that together take"),
-    };
-    let are = if in_coloured_noise {
-        "as much as chance finds in coloured noise"
-    } else {
-        "no list of what is missing"
-    };
+pub(super) fn too_little_for_a_list(n_effects: usize) -> String {
     format!(
-        "not told: {effects} less than a tenth of the gap on data held out, noise taken out, which is {are}"
+        "{n_effects} effects that together take less than a tenth of the gap on data held out, noise taken out, are no list of what \
+         is missing, so none of them is told"
     )
 }
 

@@ -260,7 +260,7 @@ impl ActionContext {
         if self.run.is_astray { self.find_arm() } else { Ok(()) }
     }
 
-    /// Has the arm where a motion that was carried out ended, rad.
+    /// Lets the plan begin where a motion ended as it was sent, rad.
     pub(super) fn came_to(&mut self, q: &[f64]) {
         q.clone_into(&mut self.run.q);
         self.run.is_astray = false;

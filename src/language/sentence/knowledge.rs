@@ -101,6 +101,14 @@ pub struct Knowledge<'a> {
     pub hindrance: &'a dyn Fn(&Call) -> Option<String>,
 }
 
+impl<'a> Knowledge<'a> {
+    /// What a file says: tasks and things. Nothing was taught or handled, and nobody has seen where things stand or what can be done now.
+    pub fn on_paper(library: &'a Library, things: &'a [Thing]) -> Self {
+        let (spot, hindrance) = (&|_: &str| None, &|_: &Call| None);
+        Self { library, things, phrases: &[], it: None, spot, hindrance }
+    }
+}
+
 /// `a`, `a or b`, `a, b or c`.
 pub(super) fn either(names: &[&str]) -> String {
     match names {

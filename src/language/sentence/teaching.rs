@@ -1,4 +1,4 @@
-//! What a phrase would do, asked before it is learnt: whether its call can be carried out, whether it is ever heard, and
+//! What a phrase would do, asked before it is learnt: whether its call works, whether it is ever heard, and
 //! which sentence means something else from then on.
 //!
 //! Nothing is said for it and nothing moves: the sentences are made up from the phrase, from the templates of tasks and from
